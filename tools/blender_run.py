@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Finds Blender, or Python with the bpy wheel, and starts it with the add-on of this tree."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+ADDON = "isophote_addon"  # not `isophote`: that is the package
+# What the package imports inside Blender beside numpy, which Blender brings.
+MODULES = ("pyopencl", "pytools", "siphash24", "platformdirs", "typing_extensions.py")
+
+
+def scripts_folder(folder: Path = ROOT / "build" / "blender_scripts") -> Path:
+    """A folder for BLENDER_USER_SCRIPTS in which add-on, package and modules are links to this tree and .venv."""
+    wanted = {folder / "addons" / ADDON: ROOT / "addon", folder / "addons" / "modules" / "isophote": ROOT / "isophote"}
+    for name in MODULES:
+        spec = find_spec(name.removesuffix(".py"))
+        if spec is not None and spec.origin:
+            origin = Path(spec.origin)
+            wanted[folder / "addons" / "modules" / name] = origin if name.endswith(".py") else origin.parent
+    for link, target in wanted.items():
+        link.parent.mkdir(parents=True, exist_ok=True)
+        if link.is_symlink() and link.readlink() == target:
+            continue
+        link.unlink(missing_ok=True)
+        link.symlink_to(target)
+    return folder
+
+
+def environment(scripts: Path | None = None, **more: str) -> dict[str, str]:
+    """The environment in which Blender finds the add-on, and none of the user's own settings."""
+    scripts = scripts or scripts_folder()
+    config = scripts.parent / "blender_config"
+    config.mkdir(parents=True, exist_ok=True)
+    return {**os.environ, "BLENDER_USER_SCRIPTS": str(scripts), "BLENDER_USER_CONFIG": str(config), **more}
+
+
+def find_program() -> list[str] | None:
+    """The start of a command: Blender (ISOPHOTE_BLENDER, or on PATH), else this Python with the bpy wheel."""
+    named = os.environ.get("ISOPHOTE_BLENDER") or shutil.which("blender")
+    if named:
+        return program(named)
+    return program(sys.executable) if find_spec("bpy") else None
+
+
+def program(path: str) -> list[str]:
+    """The start of a command for Blender, or for a Python that has the bpy wheel and so needs the runner."""
+    if Path(path).name.startswith("python"):
+        return [path, str(ROOT / "tools" / "blender_bpy.py")]
+    return [path]
