@@ -1,0 +1,81 @@
+/* THE list of closures. isophote/materials.py names the same operations with the same numbers. */
+#ifndef ISOPHOTE_BSDF_BSDF_H
+#define ISOPHOTE_BSDF_BSDF_H
+#include "diffuse.h"
+#include "glass.h"
+#include "glossy.h"
+#include "layer.h"
+#include "metal.h"
+#include "principled_glass.h"
+#include "refraction.h"
+#include "specular.h"
+#include "transparent.h"
+
+#define OP_EMISSION 0
+#define OP_DIFFUSE 1
+#define OP_GLOSSY 2
+#define OP_REFRACTION 3
+#define OP_GLASS 4
+#define OP_TRANSPARENT 5
+#define OP_METAL 6
+#define OP_SPECULAR 7
+#define OP_PRINCIPLED_GLASS 8
+#define OP_LAYER_SPECULAR 9
+
+/* X(number, name, class of its labels): eval_NAME, sample_NAME and albedo_NAME exist. */
+#define CLOSURES(X)                                     \
+  X(OP_DIFFUSE, diffuse, LABEL_DIFFUSE)                 \
+  X(OP_GLOSSY, glossy, LABEL_GLOSSY)                    \
+  X(OP_REFRACTION, refraction, LABEL_GLOSSY)            \
+  X(OP_GLASS, glass, LABEL_GLOSSY)                      \
+  X(OP_TRANSPARENT, transparent, LABEL_TRANSPARENT)     \
+  X(OP_METAL, metal, LABEL_GLOSSY)                      \
+  X(OP_SPECULAR, specular, LABEL_GLOSSY)                \
+  X(OP_PRINCIPLED_GLASS, principled_glass, LABEL_GLOSSY)
+
+/* X(number, name): layer_NAME exists; multiplies the weight of what follows in the program. */
+#define LAYERS(X) X(OP_LAYER_SPECULAR, specular)
+
+/* One switch for devices where each path may be at another closure. */
+FN BsdfValue eval_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
+  switch (c.op) {
+#define X(number, name, labels) \
+  case number: return eval_##name(c, backfacing, tables, wo, wi);
+    CLOSURES(X)
+#undef X
+    default: return make_value(zero3(), REAL(0.0));
+  }
+}
+
+FN BsdfSample sample_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo,
+                             real u_choice, real2 u) {
+  switch (c.op) {
+#define X(number, name, labels) \
+  case number: return sample_##name(c, backfacing, tables, wo, u_choice, u);
+    CLOSURES(X)
+#undef X
+    default: return make_sample(zero3(), zero3(), 0, 0, 0);
+  }
+}
+
+FN real3 albedo_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  switch (c.op) {
+#define X(number, name, labels) \
+  case number: return albedo_##name(c, backfacing, tables, wo);
+    CLOSURES(X)
+#undef X
+    default: return zero3();
+  }
+}
+
+FN real3 layer_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  switch (c.op) {
+#define X(number, name) \
+  case number: return layer_##name(c, backfacing, tables, wo);
+    LAYERS(X)
+#undef X
+    default: return splat3(REAL(1.0));
+  }
+}
+
+#endif

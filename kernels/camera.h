@@ -1,0 +1,37 @@
+/* From a point on the film to a ray. */
+#ifndef ISOPHOTE_CAMERA_H
+#define ISOPHOTE_CAMERA_H
+#include "ray.h"
+
+#define FILTER_STEPS 1024 /* the table has one entry more */
+
+/* Offset from the pixel's centre in widths of the filter, drawn in proportion to the pixel filter (importance
+ * sampling of the filter: Ernst, Stamminger and Greiner 2006); all samples then have equal weight. */
+FN real sample_filter(GLOBAL const float *table, real u) {
+  real x = u * REAL(1024.0);
+  int i = int_of(x);
+  real a = to_real(table[i]), b = to_real(table[i + 1]);
+  return a + (b - a) * (x - real_of(i));
+}
+
+/* The ray through film point (x, y), in pixels from the lower left of the full frame. */
+FN Ray make_camera_ray(Camera c, real x, real y) {
+  real px = to_real(c.left) + (to_real(c.right) - to_real(c.left)) * (x / real_of(c.width));
+  real py = to_real(c.bottom) + (to_real(c.top) - to_real(c.bottom)) * (y / real_of(c.height));
+  real3 ax = load3(c.x), ay = load3(c.y), az = load3(c.z);
+  int perspective = c.kind == CAMERA_PERSPECTIVE;
+  real3 on_window = ax * px + ay * py;
+  real3 toward = select3(perspective, on_window - az, zero3() - az);
+  real length = sqrt(dot3(toward, toward));
+  real3 direction = toward * (REAL(1.0) / length);
+  real start = to_real(c.clip_start) * length;
+  real3 origin = load3(c.position) + select3(perspective, zero3(), on_window) + direction * start;
+  Ray r = free_ray(origin, direction, REAL(0.0), to_real(c.clip_end) * length - start);
+  r.kind = RAY_CAMERA;
+  return r;
+}
+
+/* Distance along the camera's axis, Blender's Depth pass. */
+FN real camera_depth(Camera c, real3 p) { return -dot3(p - load3(c.position), load3(c.z)); }
+
+#endif

@@ -1,0 +1,42 @@
+/* The settings of one work item as kernels see them: what to render, never what the scene is. */
+#ifndef ISOPHOTE_PARAMS_H
+#define ISOPHOTE_PARAMS_H
+#include "portable.h"
+
+/* Table that names, types and order are expanded from, here and in the binding. */
+#define PARAMS(X)                                                                              \
+  X(int, x0) /* lower left pixel of the region */                                              \
+  X(int, y0)                                                                                   \
+  X(int, width) /* of the region */                                                            \
+  X(int, height)                                                                               \
+  X(uint, first_sample)                                                                        \
+  X(uint, samples)                                                                             \
+  X(uint, seed)                                                                                \
+  X(int, max_bounces) /* limits are one above the user's, so that 0 there means direct light */ \
+  X(int, diffuse_bounces)                                                                      \
+  X(int, glossy_bounces)                                                                       \
+  X(int, transmission_bounces)                                                                 \
+  X(int, transparent_bounces)                                                                  \
+  X(float, filter_width) /* pixels */                                                          \
+  X(float, clamp_direct) /* sum of the three channels above which light is scaled; 0: off */   \
+  X(float, clamp_indirect)                                                                     \
+  X(int, film_transparent)                                                                     \
+  X(int, aovs) /* 1: planes beyond combined are wanted */
+
+typedef struct {
+#define X(type, name) type name;
+  PARAMS(X)
+#undef X
+} Params;
+
+/* Planes of the film's sums, in the order of isophote/film.py. */
+#define PLANE_COMBINED 0 /* red, green, blue, alpha of replicate 0, then of replicate 1 */
+#define PLANE_DEPTH 8
+#define PLANE_NORMAL 9
+#define PLANE_ALBEDO 12
+#define PLANE_POSITION 15
+#define PLANES_COMBINED 8
+#define PLANES_ALL 18
+#define DEPTH_NOTHING REAL(1e10) /* as Cycles writes where the camera sees nothing */
+
+#endif

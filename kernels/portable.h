@@ -1,0 +1,116 @@
+/* The only file that asks which compiler reads it: OpenCL C 1.2, or C++20 (clang or g++).
+ *
+ * Kernels are written in the common part of both: functions take and return values, only scene
+ * arrays are GLOBAL pointers, every float literal carries an f, selects instead of branches where a
+ * loop shall vectorise.  `real` is float, or double in the reference build (C++ only). */
+#ifndef ISOPHOTE_PORTABLE_H
+#define ISOPHOTE_PORTABLE_H
+
+#ifdef __OPENCL_VERSION__
+/* ---------------------------------------------------------------- OpenCL C */
+#ifndef ISOPHOTE_FAST
+#pragma OPENCL FP_CONTRACT OFF
+#endif
+#define GLOBAL __global
+#define CONSTANT __constant
+#define FN static inline
+typedef float real;
+typedef float3 real3;
+typedef float2 real2;
+#define REAL(x) x##f
+#define REAL_IS_DOUBLE 0
+#define make_real2(x, y) ((float2)(x, y))
+#define make_real3(x, y, z) ((float3)(x, y, z))
+#define to_real(x) (x)
+#define to_float(x) (x)
+#define uint_of(x) ((uint)(x))
+#define int_of(x) ((int)(x))
+#define real_of(x) ((float)(x))
+#define bits_of_float(x) as_uint(x)
+#define float_of_bits(x) as_float((uint)(x))
+#define select_real(c, a, b) ((c) ? (a) : (b))
+
+#else
+/* ------------------------------------------------------------------ C++20 */
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#define GLOBAL
+#define CONSTANT static const
+#define FN static inline __attribute__((always_inline))
+typedef unsigned int uint;
+#ifdef ISOPHOTE_REFERENCE
+typedef double real;
+#define REAL(x) x
+#define REAL_IS_DOUBLE 1
+#else
+typedef float real;
+#define REAL(x) x##f
+#define REAL_IS_DOUBLE 0
+#endif
+/* Copied by constructors of their own, so that they travel in scalars: the ABI would pack trivial
+ * structs into two-float registers, which stops the loop vectoriser even after inlining. */
+struct real2 {
+  real x, y;
+  real2() = default;
+  __attribute__((always_inline)) real2(real x_, real y_) : x(x_), y(y_) {}
+  __attribute__((always_inline)) real2(const real2 &o) : x(o.x), y(o.y) {}
+  __attribute__((always_inline)) real2 &operator=(const real2 &o) {
+    x = o.x;
+    y = o.y;
+    return *this;
+  }
+};
+struct real3 {
+  real x, y, z;
+  real3() = default;
+  __attribute__((always_inline)) real3(real x_, real y_, real z_) : x(x_), y(y_), z(z_) {}
+  __attribute__((always_inline)) real3(const real3 &o) : x(o.x), y(o.y), z(o.z) {}
+  __attribute__((always_inline)) real3 &operator=(const real3 &o) {
+    x = o.x;
+    y = o.y;
+    z = o.z;
+    return *this;
+  }
+};
+#define to_real(x) ((real)(x))
+#define to_float(x) ((float)(x))
+#define uint_of(x) ((uint)(x))
+#define int_of(x) ((int)(x))
+#define real_of(x) ((real)(x))
+FN real2 make_real2(real x, real y) { return real2{x, y}; }
+FN real3 make_real3(real x, real y, real z) { return real3{x, y, z}; }
+FN real2 operator+(real2 a, real2 b) { return real2{a.x + b.x, a.y + b.y}; }
+FN real2 operator-(real2 a, real2 b) { return real2{a.x - b.x, a.y - b.y}; }
+FN real2 operator*(real2 a, real s) { return real2{a.x * s, a.y * s}; }
+FN real3 operator+(real3 a, real3 b) { return real3{a.x + b.x, a.y + b.y, a.z + b.z}; }
+FN real3 operator-(real3 a, real3 b) { return real3{a.x - b.x, a.y - b.y, a.z - b.z}; }
+FN real3 operator*(real3 a, real3 b) { return real3{a.x * b.x, a.y * b.y, a.z * b.z}; }
+FN real3 operator*(real3 a, real s) { return real3{a.x * s, a.y * s, a.z * s}; }
+FN real3 operator*(real s, real3 a) { return real3{s * a.x, s * a.y, s * a.z}; }
+FN real3 operator/(real3 a, real s) { return real3{a.x / s, a.y / s, a.z / s}; }
+FN real3 operator-(real3 a) { return real3{-a.x, -a.y, -a.z}; }
+FN uint bits_of_float(float x) { return __builtin_bit_cast(uint, x); }
+FN float float_of_bits(uint x) { return __builtin_bit_cast(float, x); }
+/* The square root of the compiler, correctly rounded and without errno. */
+#if REAL_IS_DOUBLE
+#define sqrt(x) __builtin_sqrt(x)
+#define fabs(x) __builtin_fabs(x)
+#define floor(x) __builtin_floor(x)
+#else
+#define sqrt(x) __builtin_sqrtf(x)
+#define fabs(x) __builtin_fabsf(x)
+#define floor(x) __builtin_floorf(x)
+#endif
+#define select_real(c, a, b) ((c) ? (a) : (b))
+#endif
+
+/* ------------------------------------------------------- common to both */
+/* min and max as a comparison: fmin and fmax treat NaN and signed zeros differently on each device. */
+FN real min_real(real a, real b) { return a < b ? a : b; }
+FN real max_real(real a, real b) { return a > b ? a : b; }
+FN int min_int(int a, int b) { return a < b ? a : b; }
+FN int max_int(int a, int b) { return a > b ? a : b; }
+FN uint min_uint(uint a, uint b) { return a < b ? a : b; }
+
+#endif

@@ -1,0 +1,72 @@
+/* Rays, hits, and the order among hits that every tracer keeps to. */
+#ifndef ISOPHOTE_RAY_H
+#define ISOPHOTE_RAY_H
+#include "scene_buffers.h"
+
+/* Half the distance from 1 to the next number: the unit of rounding errors (Higham 2002, 2.2). */
+#if REAL_IS_DOUBLE
+#define ROUNDING 1.1102230246251565e-16
+#else
+#define ROUNDING 5.9604644775390625e-8f
+#endif
+
+/* Hits count where (t, instance, primitive) lies behind (t_min, after_instance, after_primitive) in
+ * lexicographic order and t < t_max; so a path can go on behind a transparent surface without
+ * missing or repeating one at the same distance. after_instance NONE: t > t_min. */
+typedef struct {
+  real3 origin, direction; /* direction is unit length in the world */
+  real t_min, t_max;
+  uint after_instance, after_primitive;
+  uint skip_instance, skip_primitive; /* never hit: the light that a shadow ray goes to; NONE otherwise */
+  uint kind;                          /* one RAY_ bit */
+} Ray;
+
+FN Ray free_ray(real3 origin, real3 direction, real t_min, real t_max) {
+  Ray r;
+  r.origin = origin;
+  r.direction = direction;
+  r.t_min = t_min;
+  r.t_max = t_max;
+  r.after_instance = NONE;
+  r.after_primitive = NONE;
+  r.skip_instance = NONE;
+  r.skip_primitive = NONE;
+  r.kind = RAY_ALL;
+  return r;
+}
+
+#define INDEX_SPHERE 0x80000000u
+typedef struct {
+  real t;
+  real u, v; /* barycentric weights of v1 and v2 */
+  uint instance, primitive; /* numbers in the scene's order; spheres: NONE - 1 and the sphere */
+  uint index; /* into triangles, or spheres with INDEX_SPHERE set; NONE: no hit */
+} Hit;
+
+#define SPHERE_INSTANCE (NONE - 1u)
+
+FN Hit no_hit(real t_max) {
+  Hit h;
+  h.t = t_max;
+  h.u = REAL(0.0);
+  h.v = REAL(0.0);
+  h.instance = NONE;
+  h.primitive = NONE;
+  h.index = NONE;
+  return h;
+}
+
+FN int is_wanted(real t, uint instance, uint primitive, Ray r) {
+  int later = (instance > r.after_instance) | ((instance == r.after_instance) & (primitive > r.after_primitive));
+  int skipped = (instance == r.skip_instance) & (primitive == r.skip_primitive);
+  return ((t > r.t_min) | ((t == r.t_min) & later)) & !skipped;
+}
+
+/* Ties go to the lowest instance, then to the lowest primitive: the result does not depend on the
+ * order in which a tree visits them. */
+FN int is_closer(real t, uint instance, uint primitive, Hit best) {
+  int lower = (instance < best.instance) | ((instance == best.instance) & (primitive < best.primitive));
+  return (t < best.t) | ((t == best.t) & lower);
+}
+
+#endif

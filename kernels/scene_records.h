@@ -1,0 +1,141 @@
+/* The records of which the scene's arrays are made, and the numbers that name kinds and flags.
+ * Everything is camera-relative world space unless a comment says object space. */
+#ifndef ISOPHOTE_SCENE_RECORDS_H
+#define ISOPHOTE_SCENE_RECORDS_H
+#include "types.h"
+
+#define NONE 0xffffffffu
+
+/* Kinds of rays, as bits: an object's visibility is a mask of them (Blender's ray visibility). */
+#define RAY_CAMERA 1u
+#define RAY_DIFFUSE 2u
+#define RAY_GLOSSY 4u
+#define RAY_TRANSMISSION 8u
+#define RAY_SHADOW 16u
+#define RAY_ALL 31u
+
+/* What a scene uses: kernels are specialised to it, loops over nothing are skipped. */
+#define FEATURE_INSTANCES 1u
+#define FEATURE_SPHERES 2u
+#define FEATURE_TRANSPARENT 4u
+#define FEATURE_VISIBILITY 8u    /* some object hides from some kind of ray */
+#define FEATURE_LIGHTS 16u       /* something to sample */
+#define FEATURE_VISIBLE_LIGHTS 32u /* lamps that rays can run into */
+#define FEATURE_SMOOTH 64u
+#define FEATURE_EMISSION 128u
+
+#define CAMERA_PERSPECTIVE 0
+#define CAMERA_ORTHOGRAPHIC 1
+
+typedef struct {
+  packed3 x, y, z, position; /* axes of the camera in the world; it looks along -z */
+  float left, right, bottom, top; /* window at distance 1 (perspective) or in metres (orthographic) */
+  float clip_start, clip_end;
+  int kind;
+  int width, height; /* of the full frame, pixels */
+} Camera;
+
+/* A reference into the tree: kind in the two highest bits, index in the others. */
+#define REF_NODE 0u
+#define REF_TRIANGLES 1u /* a run of triangles that ends at the one marked LAST_IN_LEAF */
+#define REF_SPHERES 2u
+#define REF_INSTANCE 3u
+#define REF_KIND(ref) ((ref) >> 30)
+#define REF_INDEX(ref) ((ref) & 0x3fffffffu)
+#define LAST_IN_LEAF 0x80000000u
+
+/* BVH2 node, 64 bytes, holding the boxes of both children (Aila and Laine 2009). */
+typedef struct {
+  float lo_x[2], hi_x[2], lo_y[2], hi_y[2], lo_z[2], hi_z[2];
+  uint child[2];
+  uint unused[2];
+} Bvh2Node;
+
+/* A triangle in the order of the tree's leaves. Triangles of meshes with one user lie in world
+ * space; the others in object space, reached through an Instance. */
+typedef struct {
+  packed3 v0;
+  uint primitive; /* number in the scene's order: decides ties */
+  packed3 v1;
+  uint instance; /* of world-space triangles; NONE in object space */
+  packed3 v2;
+  uint slot; /* material slot | visibility << 16 | LAST_IN_LEAF */
+} Triangle;
+
+typedef struct {
+  packed3 n0, n1, n2;
+} CornerNormals; /* unit, object space of the mesh (world space where the triangle is) */
+
+typedef struct {
+  packed3 center;
+  float radius;
+  uint primitive, material;
+  uint flags; /* visibility << 16 | LAST_IN_LEAF */
+} Sphere;
+
+typedef struct {
+  packed3 radiance; /* the same from all directions */
+  uint root;        /* reference to the tree, NONE where there is nothing to hit */
+  uint light_count; /* lights to sample: lamps, then triangles */
+  uint lamp_count;  /* of them, lamps */
+  uint features; /* FEATURE_ bits of the scene */
+} World;
+
+typedef struct {
+  float to_world[12];  /* 3 rows of 4 */
+  float to_object[12]; /* 3 rows of 4 */
+  uint root;           /* reference to the mesh's tree; NONE where its triangles lie in world space */
+  uint first_slot;     /* in slot_materials */
+  uint visibility;
+  uint unused;
+} Instance;
+
+#define MATERIAL_EMITS 1u
+#define MATERIAL_TRANSPARENT 2u /* has an OP_TRANSPARENT: shadow rays pass in part */
+#define MATERIAL_DELTA_ONLY 4u  /* nothing to gain from light sampling */
+typedef struct {
+  uint first, count; /* instructions */
+  uint flags;
+  packed3 emission;     /* radiance, both sides */
+  float emission_pdf;   /* density per area (1/m^2) with which light sampling finds a point on it */
+  packed3 transparency; /* what a shadow ray keeps */
+} Material;
+
+/* One step of a material's program: constants for now, 64 bytes (bsdf/bsdf.h lists the operations). */
+#define INSTRUCTION_PARAMS 11
+typedef struct {
+  int op;
+  uint flags;
+  packed3 weight;
+  float params[INSTRUCTION_PARAMS];
+} Instruction;
+
+#define LIGHT_POINT 0    /* sphere of radius size.x; a true point where 0 */
+#define LIGHT_SPOT 1     /* the same, limited to a cone around -z */
+#define LIGHT_SUN 2      /* disk of directions of half angle size.x around -z; one direction where 0 */
+#define LIGHT_RECTANGLE 3 /* size.x by size.y, shines along -z */
+#define LIGHT_ELLIPSE 4
+#define LIGHT_TRIANGLE 5 /* made from emissive triangles when the scene is prepared */
+#define LIGHT_NO_SHADOW 1u
+#define LIGHT_NO_MIS 2u
+typedef struct {
+  int kind;
+  uint flags;
+  uint visibility;       /* kinds of rays that see it */
+  uint instance, primitive; /* LIGHT_TRIANGLE: what a shadow ray must not be stopped by */
+  packed3 radiance;      /* W/(m^2 sr); radiant intensity W/sr of points; irradiance W/m^2 of sharp suns */
+  packed3 position;      /* LIGHT_TRIANGLE: v0 */
+  packed3 u, v;          /* unit axes; LIGHT_TRIANGLE: the edges v1-v0, v2-v0, unnormalised */
+  packed3 normal;        /* unit, direction in which it shines */
+  float size_u, size_v;  /* metres (half lengths of rectangles and ellipses, radius), radians (sun) */
+  float area;            /* m^2 */
+  float spot_cos, spot_smooth; /* cosine of the half cone angle; Blender's blend as in Cycles */
+  float probability;     /* with which light sampling picks it */
+} Light;
+
+typedef struct {
+  float keep;  /* probability of this entry, else the alias */
+  uint alias;
+} AliasEntry; /* Walker 1977, Vose 1991 */
+
+#endif

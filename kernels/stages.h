@@ -1,0 +1,237 @@
+/* What happens to one path: generate, extend, shade, connect, accumulate. Values in, values out. */
+#ifndef ISOPHOTE_STAGES_H
+#define ISOPHOTE_STAGES_H
+#include "camera.h"
+#include "light.h"
+#include "params.h"
+#include "path.h"
+#include "sampler.h"
+#include "scatter.h"
+
+/* ---------------------------------------------------------------- generate */
+
+/* A new path for pixel (column, row) of the item's region and one of its samples. */
+FN Path generate_path(Scene s, Params params, int column, int row, uint sample, uint slot) {
+  Camera camera = s.camera[0];
+  int x = params.x0 + column, y = params.y0 + row;
+  uint seed = pixel_seed(uint_of(x), uint_of(y), sample & 1u, params.seed);
+  real2 u = sample_pair(seed, sample >> 1, PAIR_FILTER);
+  real width = to_real(params.filter_width);
+  real fx = real_of(x) + REAL(0.5) + width * sample_filter(s.filter_table, u.x);
+  real fy = real_of(y) + REAL(0.5) + width * sample_filter(s.filter_table, u.y);
+  Path p;
+  p = with_ray(p, make_camera_ray(camera, fx, fy));
+  p = with_throughput(p, splat3(REAL(1.0)));
+  p.pdf = REAL(0.0);
+  p.slot = slot;
+  p.seed = seed;
+  p.index = sample >> 1;
+  p.bounces = 0u;
+  p.status = RAY_CAMERA | PATH_FROM_CAMERA;
+  return p;
+}
+
+/* ------------------------------------------------------------------- shade */
+
+/* Cycles' clamp: light whose channels add up to more than the limit is scaled down. Off where 0. */
+FN real3 clamp_light(Params params, real3 light, int bounce) {
+  real limit = to_real(bounce > 0 ? params.clamp_indirect : params.clamp_direct);
+  real sum = fabs(light.x) + fabs(light.y) + fabs(light.z);
+  real scale = ((limit > REAL(0.0)) & (sum > limit)) ? limit / sum : REAL(1.0);
+  return light * scale;
+}
+
+/* Light that reaches the path's ray from lamp l in front of its hit. */
+FN real3 see_lamp(Params params, Light l, Path p, Hit h) {
+  LightHit seen = hit_lamp(l, path_ray(p), h.t, h.index == NONE);
+  real weight = p.pdf > REAL(0.0) ? mis_weight(p.pdf, seen.pdf) : REAL(1.0);
+  real3 light = path_throughput(p) * seen.radiance * weight;
+  return select3(seen.hit, clamp_light(params, light, path_bounce(p) - 1), zero3());
+}
+
+/* Light from the world where nothing is hit; transparent film leaves it to the compositor. */
+FN real3 see_world(Scene s, Params params, Path p) {
+  real3 light = path_throughput(p) * load3(s.world[0].radiance);
+  int hidden = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
+  return select3(hidden, zero3(), clamp_light(params, light, path_bounce(p) - 1));
+}
+
+/* What a path that leaves the scene takes away from the pixel's alpha. */
+FN real lost_alpha(Params params, Path p) {
+  int seen = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
+  return seen ? (p.red + p.green + p.blue) * REAL(0.33333334) : REAL(0.0);
+}
+
+/* Light that the surface itself emits, weighted against drawing the same point as a light. */
+FN real3 see_emission(Params params, Material m, Surface at, Path p, Hit h) {
+  real cosine = fabs(dot3(at.ng, make_real3(p.dx, p.dy, p.dz)));
+  real light_pdf = to_real(m.emission_pdf) * h.t * h.t / max_real(cosine, REAL(1e-30));
+  int compete = (p.pdf > REAL(0.0)) & !(h.index & INDEX_SPHERE);
+  real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
+  return clamp_light(params, path_throughput(p) * load3(m.emission) * weight, path_bounce(p) - 1);
+}
+
+/* Random numbers are counted by vertex, so that transparent surfaces draw fresh ones. */
+FN int path_vertex(Path p) { return path_bounce(p) + int_of((p.status >> 8) & 255u); }
+
+/* A ray towards a light and what it brings if nothing stands in between. */
+typedef struct {
+  Ray ray;
+  real3 light;
+} Connection;
+
+FN int is_dark(real3 light) { return (light.x == REAL(0.0)) & (light.y == REAL(0.0)) & (light.z == REAL(0.0)); }
+
+FN Ray shadow_ray(real3 origin, real3 direction, real distance, uint instance, uint primitive) {
+  Ray r = free_ray(origin, direction, REAL(0.0), distance);
+  r.skip_instance = instance;
+  r.skip_primitive = primitive;
+  r.kind = RAY_SHADOW;
+  return r;
+}
+
+/* value: the whole BSDF towards the light. */
+FN Connection connect_light(Params params, Surface at, LightSample light, BsdfValue value, Path p) {
+  Connection c;
+  real weight = light.can_be_hit ? mis_weight(light.pdf, value.pdf) : REAL(1.0);
+  real3 brought = path_throughput(p) * value.f * light.radiance * (weight / light.pdf);
+  int useful = (light.pdf > REAL(0.0)) & (value.pdf > REAL(0.0));
+  c.light = select3(useful, clamp_light(params, brought, path_bounce(p)), zero3());
+  c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive);
+  return c;
+}
+
+typedef struct {
+  Path path;
+  int alive;
+} Scattered;
+
+/* The path goes on in the sampled direction. weight and share are those of the chosen closure, value
+ * is the whole BSDF in that direction, u_roulette decides survival in proportion to the throughput. */
+FN Scattered scatter_path(Params params, Surface at, Path p, Hit h, BsdfSample sample, real3 direction, real3 weight,
+                          Choice choice, BsdfValue value, real u_roulette) {
+  Scattered r;
+  int delta = sample.delta;
+  int transparent = (sample.label & LABEL_TRANSPARENT) != 0;
+  real3 factor = select3(delta, sample.f * weight * (choice.total / choice.share), value.f * (REAL(1.0) / value.pdf));
+  int valid = sample.valid & (choice.chosen >= 0) & (delta | (value.pdf > REAL(0.0)));
+  real3 throughput = path_throughput(p) * factor;
+
+  int reflect = (sample.label & LABEL_REFLECT) != 0;
+  int diffuse = (sample.label & LABEL_DIFFUSE) != 0;
+  uint kind = reflect ? (diffuse ? RAY_DIFFUSE : RAY_GLOSSY) : RAY_TRANSMISSION;
+  uint count = 1u + (reflect ? (diffuse ? 0x100u : 0x10000u) : 0x1000000u);
+  uint bounces = transparent ? p.bounces : p.bounces + count;
+  uint passed = ((p.status >> 8) & 255u) + (transparent ? 1u : 0u);
+  int last = (int_of(bounces & 255u) >= params.max_bounces) | (int_of((bounces >> 8) & 255u) >= params.diffuse_bounces) |
+             (int_of((bounces >> 16) & 255u) >= params.glossy_bounces) |
+             (int_of(bounces >> 24) >= params.transmission_bounces) | (int_of(passed) >= params.transparent_bounces);
+
+  real brightest = max_of3(throughput);
+  real survival = min_real(REAL(1.0), sqrt(max_real(brightest, REAL(0.0))));
+  survival = transparent | last ? REAL(1.0) : survival;
+  int survives = (u_roulette < survival) & (brightest > REAL(0.0));
+  throughput = throughput * (REAL(1.0) / max_real(survival, REAL(1e-30)));
+
+  real3 origin = offset_origin(at, direction);
+  Path q = with_throughput(p, throughput);
+  q.ox = transparent ? p.ox : origin.x;
+  q.oy = transparent ? p.oy : origin.y;
+  q.oz = transparent ? p.oz : origin.z;
+  q.dx = transparent ? p.dx : direction.x;
+  q.dy = transparent ? p.dy : direction.y;
+  q.dz = transparent ? p.dz : direction.z;
+  q.t_min = transparent ? h.t : REAL(0.0);
+  q.t_max = transparent ? p.t_max : FAR_AWAY;
+  q.after_instance = transparent ? h.instance : NONE;
+  q.after_primitive = transparent ? h.primitive : NONE;
+  q.pdf = transparent ? p.pdf : (delta ? REAL(0.0) : value.pdf);
+  q.bounces = bounces;
+  uint flags = (p.status & (transparent ? PATH_FROM_CAMERA : 0u)) | (last ? PATH_LAST_HIT : 0u);
+  q.status = (transparent ? path_kind(p) : kind) | (passed << 8) | flags;
+  r.path = q;
+  r.alive = valid & survives;
+  return r;
+}
+
+/* Past the last bounce only transparent surfaces let a path on, as long as their own limit allows. */
+FN Scattered pass_transparent(Params params, Material m, Path p, Hit h) {
+  Scattered r;
+  uint passed = ((p.status >> 8) & 255u) + 1u;
+  r.alive = ((m.flags & MATERIAL_TRANSPARENT) != 0u) & (int_of(passed) < params.transparent_bounces);
+  r.path = with_throughput(p, path_throughput(p) * load3(m.transparency));
+  r.path.t_min = h.t;
+  r.path.after_instance = h.instance;
+  r.path.after_primitive = h.primitive;
+  r.path.status = (p.status & ~0xff00u) | (passed << 8);
+  return r;
+}
+
+/* -------------------------------------------------------------- other passes */
+
+/* Passes beside Combined show the first surface. Depth and position are those of sample 0, as in Cycles. */
+typedef struct {
+  real depth;
+  real3 normal, albedo, position;
+} Aovs;
+
+#define AOV_PLANES(X)                                                                      \
+  X(PLANE_DEPTH, a.depth)                                                                  \
+  X(PLANE_NORMAL, a.normal.x) X(PLANE_NORMAL + 1, a.normal.y) X(PLANE_NORMAL + 2, a.normal.z) \
+  X(PLANE_ALBEDO, a.albedo.x) X(PLANE_ALBEDO + 1, a.albedo.y) X(PLANE_ALBEDO + 2, a.albedo.z) \
+  X(PLANE_POSITION, a.position.x) X(PLANE_POSITION + 1, a.position.y) X(PLANE_POSITION + 2, a.position.z)
+
+FN int plane_takes(uint plane, uint sample) {
+  return (sample == 0u) | ((plane != PLANE_DEPTH) & (plane < PLANE_POSITION));
+}
+
+FN int shows_surface(Path p) { return path_vertex(p) == 0; }
+
+FN Aovs no_aovs(void) {
+  Aovs a;
+  a.depth = DEPTH_NOTHING;
+  a.normal = zero3();
+  a.albedo = zero3();
+  a.position = zero3();
+  return a;
+}
+
+/* Albedo: closures' directional albedos towards the viewer, emission as white. */
+FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
+  Aovs a;
+  real3 wo = to_local(make_frame(at.ns), make_real3(-p.dx, -p.dy, -p.dz));
+  Choice choice = make_choice(REAL(0.0));
+  a.albedo = zero3();
+  for (uint k = 0u; k < m.count; k++) {
+    Instruction c = s.instructions[m.first + k];
+    a.albedo = a.albedo + albedo_closure(c, at.backfacing, s.albedo_tables, wo) * closure_weight(c, choice);
+    choice.layer = choice.layer * layer_closure(c, at.backfacing, s.albedo_tables, wo);
+  }
+  a.depth = camera_depth(s.camera[0], at.p);
+  a.normal = at.ns;
+  a.position = at.p;
+  return a;
+}
+
+/* ----------------------------------------------------------------- connect */
+
+/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. */
+FN real3 trace_connection(Scene s, Params params, Ray ray, uint features) {
+  real3 kept = splat3(REAL(1.0));
+  if (!(features & FEATURE_TRANSPARENT)) {
+    Hit h = trace(s, ray, 1);
+    return select3(h.index == NONE, kept, zero3());
+  }
+  for (int passed = 0;; passed++) {
+    Hit h = trace(s, ray, 0);
+    if (h.index == NONE) return kept;
+    Surface at = make_surface(s, ray, h, features);
+    if (passed >= params.transparent_bounces || !(s.materials[at.material].flags & MATERIAL_TRANSPARENT)) return zero3();
+    kept = kept * load3(s.materials[at.material].transparency);
+    ray.t_min = h.t;
+    ray.after_instance = h.instance;
+    ray.after_primitive = h.primitive;
+  }
+}
+
+#endif

@@ -1,0 +1,95 @@
+/* The point that a ray has hit, ready for shading. */
+#ifndef ISOPHOTE_SURFACE_H
+#define ISOPHOTE_SURFACE_H
+#include "bvh.h"
+
+#define FAR_AWAY REAL(3.0e38)
+
+typedef struct {
+  real3 p;
+  real offset;     /* metres along ng that a ray must start off the surface */
+  real3 ng, ns;    /* geometric and shading normal, unit, on the viewer's side */
+  int backfacing;  /* the viewer is behind the surface */
+  uint material;
+} Surface;
+
+/* |M| applied to a non-negative vector: how errors grow through a transform. */
+FN real3 transform_error(GLOBAL const float *m, real3 e) {
+  return make_real3(fabs(to_real(m[0])) * e.x + fabs(to_real(m[1])) * e.y + fabs(to_real(m[2])) * e.z,
+                    fabs(to_real(m[4])) * e.x + fabs(to_real(m[5])) * e.y + fabs(to_real(m[6])) * e.z,
+                    fabs(to_real(m[8])) * e.x + fabs(to_real(m[9])) * e.y + fabs(to_real(m[10])) * e.z);
+}
+FN real3 translation_error(GLOBAL const float *m) {
+  return make_real3(fabs(to_real(m[3])), fabs(to_real(m[7])), fabs(to_real(m[11])));
+}
+
+/* Bends a shading normal that looks away from the viewer back to just above his horizon. */
+FN real3 face_viewer(real3 ns, real3 wo) {
+  real lift = REAL(1e-3) - dot3(ns, wo);
+  real3 bent = normalize3(ns + wo * max_real(lift, REAL(0.0)));
+  return select3(lift > REAL(0.0), bent, ns);
+}
+
+/* Error bounds of the point after Pharr, Jakob and Humphreys 2016, PBR 3rd ed., section 3.9.4 to 3.9.5,
+ * doubled for the roundings of the offset itself. h must be a hit. */
+FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
+  Surface r;
+  real3 error;
+  real3 ng, ns;
+  if ((features & FEATURE_SPHERES) && (h.index & INDEX_SPHERE)) {
+    GLOBAL const Sphere *sphere = &s.spheres[h.index & ~INDEX_SPHERE];
+    real3 center = load3(sphere->center);
+    real radius = to_real(sphere->radius);
+    ng = normalize3(ray.origin + ray.direction * h.t - center);
+    ns = ng;
+    r.p = center + ng * radius;
+    error = (abs3(center) + splat3(radius)) * (REAL(8.0) * ROUNDING);
+    r.material = sphere->material;
+  } else {
+    GLOBAL const Triangle *t = &s.triangles[h.index];
+    real3 v0 = load3(t->v0), v1 = load3(t->v1), v2 = load3(t->v2);
+    real b0 = REAL(1.0) - h.u - h.v;
+    r.p = v0 * b0 + v1 * h.u + v2 * h.v;
+    error = (abs3(v0) * fabs(b0) + abs3(v1) * fabs(h.u) + abs3(v2) * fabs(h.v)) * (REAL(8.0) * ROUNDING);
+    ng = cross3(v1 - v0, v2 - v0);
+    ns = ng;
+    if (features & FEATURE_SMOOTH) {
+      uint n = s.normal_index[h.index];
+      if (n != NONE) {
+        GLOBAL const CornerNormals *c = &s.corner_normals[n];
+        ns = load3(c->n0) * b0 + load3(c->n1) * h.u + load3(c->n2) * h.v;
+      }
+    }
+    GLOBAL const Instance *instance = &s.instances[h.instance];
+    r.material = s.slot_materials[instance->first_slot + (t->slot & 0xffffu)];
+    if ((features & FEATURE_INSTANCES) && t->instance == NONE) {
+      GLOBAL const float *out = instance->to_world;
+      GLOBAL const float *in = instance->to_object;
+      /* The object-space ray was off by the rounding of its own transform. */
+      real3 ray_error = transform_error(in, abs3(ray.origin) + abs3(ray.direction) * h.t) + translation_error(in);
+      error = transform_error(out, error + (ray_error + abs3(r.p)) * (REAL(4.0) * ROUNDING)) +
+              translation_error(out) * (REAL(4.0) * ROUNDING);
+      r.p = transform_point(out, r.p);
+      ng = transform_normal(in, ng);
+      ns = transform_normal(in, ns);
+    }
+    ng = normalize3(ng);
+    ns = normalize3(ns);
+  }
+  real3 wo = zero3() - ray.direction;
+  r.backfacing = dot3(ng, wo) < REAL(0.0);
+  real side = r.backfacing ? REAL(-1.0) : REAL(1.0);
+  r.ng = ng * side;
+  r.ns = face_viewer(ns * side, wo);
+  r.offset = REAL(2.0) * dot3(abs3(ng), error + abs3(r.p) * (REAL(2.0) * ROUNDING));
+  return r;
+}
+
+/* Waechter and Binder 2019 start rays off the surface by a fixed number of float steps; here the step is
+ * the error bound of the hit, so it scales with the scene. */
+FN real3 offset_origin(Surface s, real3 direction) {
+  real side = dot3(s.ng, direction) < REAL(0.0) ? -s.offset : s.offset;
+  return s.p + s.ng * side;
+}
+
+#endif

@@ -1,0 +1,273 @@
+/* The OpenCL device: entry points that load, call a stage and store.
+ *
+ * Paths lie in structures of arrays, a column a path; queues hold the columns of those that live.
+ * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
+ * stay on the device. Work-items stride through a queue, so a launch needs no knowledge of its length.
+ * The host defines SCENE_FEATURES and CLOSURES_USED, so that what the scene lacks is not compiled. */
+#include "stages.h"
+
+#define SCENE_PARAMETERS \
+  SCENE_BUFFERS(SCENE_PARAMETER) GLOBAL const Params *params_buffer
+#define SCENE_PARAMETER(type, name, comment) GLOBAL const type *name,
+#define MAKE_SCENE    \
+  Scene s;            \
+  SCENE_BUFFERS(SCENE_ASSIGN) Params params = params_buffer[0];
+#define SCENE_ASSIGN(type, name, comment) s.name = name;
+
+#define PATH_PARAMETERS GLOBAL real *reals, GLOBAL uint *uints, uint stride
+#define HIT_PARAMETERS GLOBAL real *hit_reals, GLOBAL uint *hit_uints
+#define LIGHT_PARAMETERS GLOBAL real *light_reals, GLOBAL uint *light_uints
+#define RESULT_PARAMETERS GLOBAL real *results, GLOBAL real *aovs
+#define QUEUE_PARAMETERS GLOBAL const uint *queue, GLOBAL uint *next_queue, GLOBAL uint *light_queue, GLOBAL uint *counts
+
+FN void store_hit(HIT_PARAMETERS, uint stride, uint i, Hit h) {
+  hit_reals[i] = h.t;
+  hit_reals[stride + i] = h.u;
+  hit_reals[2u * stride + i] = h.v;
+  hit_uints[i] = h.instance;
+  hit_uints[stride + i] = h.primitive;
+  hit_uints[2u * stride + i] = h.index;
+}
+
+FN Hit load_hit(HIT_PARAMETERS, uint stride, uint i) {
+  Hit h;
+  h.t = hit_reals[i];
+  h.u = hit_reals[stride + i];
+  h.v = hit_reals[2u * stride + i];
+  h.instance = hit_uints[i];
+  h.primitive = hit_uints[stride + i];
+  h.index = hit_uints[2u * stride + i];
+  return h;
+}
+
+FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
+  light_reals[i] = c.ray.origin.x;
+  light_reals[stride + i] = c.ray.origin.y;
+  light_reals[2u * stride + i] = c.ray.origin.z;
+  light_reals[3u * stride + i] = c.ray.direction.x;
+  light_reals[4u * stride + i] = c.ray.direction.y;
+  light_reals[5u * stride + i] = c.ray.direction.z;
+  light_reals[6u * stride + i] = c.ray.t_max;
+  light_reals[7u * stride + i] = c.light.x;
+  light_reals[8u * stride + i] = c.light.y;
+  light_reals[9u * stride + i] = c.light.z;
+  light_uints[i] = c.ray.skip_instance;
+  light_uints[stride + i] = c.ray.skip_primitive;
+}
+
+FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
+  Connection c;
+  c.ray = shadow_ray(make_real3(light_reals[i], light_reals[stride + i], light_reals[2u * stride + i]),
+                     make_real3(light_reals[3u * stride + i], light_reals[4u * stride + i], light_reals[5u * stride + i]),
+                     light_reals[6u * stride + i], light_uints[i], light_uints[stride + i]);
+  c.light = make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
+  return c;
+}
+
+FN void add_result(GLOBAL real *results, uint stride, uint slot, real3 light) {
+  results[slot] += light.x;
+  results[stride + slot] += light.y;
+  results[2u * stride + slot] += light.z;
+}
+
+/* Columns [0, count): samples of the pixels from first_pixel on, those of one pixel side by side. */
+__kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, uint first_pixel,
+                       uint count) {
+  MAKE_SCENE
+  uint i = get_global_id(0);
+  if (i >= count) return;
+  uint pixel = first_pixel + i / params.samples;
+  uint sample = params.first_sample + i % params.samples;
+  uint row = pixel / uint_of(params.width);
+  Path p = generate_path(s, params, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, i);
+  store_path(reals, uints, stride, i, p);
+  queue[i] = i;
+  results[i] = REAL(0.0);
+  results[stride + i] = REAL(0.0);
+  results[2u * stride + i] = REAL(0.0);
+  results[3u * stride + i] = REAL(1.0);
+  if (params.aovs) {
+    Aovs a = no_aovs();
+#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + i] = value;
+    AOV_PLANES(X)
+#undef X
+  }
+}
+
+__kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL const uint *queue,
+                     GLOBAL const uint *counts, uint bounce) {
+  MAKE_SCENE
+  uint count = counts[2u * bounce];
+  for (uint k = get_global_id(0); k < count; k += get_global_size(0)) {
+    uint i = queue[k];
+    Hit h = trace(s, path_ray(load_path(reals, uints, stride, i)), 0);
+    store_hit(hit_reals, hit_uints, stride, i, h);
+  }
+}
+
+/* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. */
+FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo, real3 wi_world) {
+  real3 wi = to_local(make_frame(at.ns), wi_world);
+  Choice c = make_choice(REAL(0.0));
+  BsdfValue sum = make_value(zero3(), REAL(0.0));
+  for (uint k = 0u; k < m.count; k++) {
+    Instruction i = s.instructions[m.first + k];
+    if (is_closure(i.op)) {
+      real3 weight = closure_weight(i, c);
+      real share = closure_share(weight, albedo_closure(i, at.backfacing, s.albedo_tables, wo));
+      sum = add_closure(sum, eval_closure(i, at.backfacing, s.albedo_tables, wo, wi), weight, share, all.total);
+    } else {
+      c.layer = c.layer * layer_closure(i, at.backfacing, s.albedo_tables, wo);
+    }
+  }
+  return one_sided(at, wi_world, sum);
+}
+
+typedef struct {
+  Path path;
+  Connection connection;
+  int alive, connected;
+} Shaded;
+
+FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results, GLOBAL real *aovs, uint stride) {
+  Shaded r;
+  r.path = p;
+  r.alive = 0;
+  r.connected = 0;
+  if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
+    for (uint l = 0u; l < s.world[0].lamp_count; l++) {
+      if (!(s.lights[l].size_u > 0.0f)) continue;
+      add_result(results, stride, p.slot, see_lamp(params, s.lights[l], p, h));
+    }
+  }
+  if (h.index == NONE) {
+    add_result(results, stride, p.slot, see_world(s, params, p));
+    results[3u * stride + p.slot] -= lost_alpha(params, p);
+    return r;
+  }
+  Surface at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
+  Material m = s.materials[at.material];
+  if (params.aovs && shows_surface(p)) {
+    Aovs a = make_aovs(s, m, at, p);
+#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + p.slot] = value;
+    AOV_PLANES(X)
+#undef X
+  }
+  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(params, m, at, p, h));
+  if (p.status & PATH_LAST_HIT) {
+    Scattered passed = pass_transparent(params, m, p, h);
+    r.path = passed.path;
+    r.alive = passed.alive;
+    return r;
+  }
+
+  real3 wo = to_local(make_frame(at.ns), make_real3(-p.dx, -p.dy, -p.dz));
+  int vertex = path_vertex(p);
+  real2 u_choice = sample_bounce(p.seed, p.index, vertex, PAIR_CHOICE);
+  Choice choice = make_choice(u_choice.y);
+  real3 weight = zero3();
+  for (uint k = 0u; k < m.count; k++) {
+    Instruction i = s.instructions[m.first + k];
+    if (is_closure(i.op)) {
+      real3 w = closure_weight(i, choice);
+      choice = consider(choice, int_of(k), closure_share(w, albedo_closure(i, at.backfacing, s.albedo_tables, wo)));
+      weight = select3(choice.chosen == int_of(k), w, weight);
+    } else {
+      choice.layer = choice.layer * layer_closure(i, at.backfacing, s.albedo_tables, wo);
+    }
+  }
+
+  if ((SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY)) {
+    real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
+    LightSample light = sample_light(s.lights[pick_light(s, u_choice.x, s.world[0].light_count)], at.p, u);
+    BsdfValue value = evaluate_material(s, m, at, choice, wo, light.direction);
+    r.connection = connect_light(params, at, light, value, p);
+    r.connected = !is_dark(r.connection.light);
+  }
+
+  BsdfSample sample = make_sample(zero3(), zero3(), 0, 0, 0);
+  if (choice.chosen >= 0) {
+    sample = sample_closure(s.instructions[m.first + uint_of(choice.chosen)], at.backfacing, s.albedo_tables, wo,
+                            choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
+  }
+  real3 direction = to_world(make_frame(at.ns), sample.wi);
+  sample = one_sided_sample(at, direction, sample);
+  BsdfValue value = evaluate_material(s, m, at, choice, wo, direction);
+  Scattered next = scatter_path(params, at, p, h, sample, direction, weight, choice, value,
+                                sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
+  r.path = next.path;
+  r.alive = next.alive;
+  return r;
+}
+
+__kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PARAMETERS, RESULT_PARAMETERS,
+                    QUEUE_PARAMETERS, uint bounce) {
+  MAKE_SCENE
+  __local uint alive, connected, first_alive, first_connected;
+  uint count = counts[2u * bounce];
+  uint width = get_local_size(0);
+  /* All of a work-group go round together: one atomic for each queue and round. */
+  for (uint base = get_group_id(0) * width; base < count; base += get_global_size(0)) {
+    uint k = base + get_local_id(0);
+    if (get_local_id(0) == 0u) {
+      alive = 0u;
+      connected = 0u;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    int lives = 0, connects = 0;
+    uint i = 0u, at_alive = 0u, at_connected = 0u;
+    if (k < count) {
+      i = queue[k];
+      Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
+                            results, aovs, stride);
+      lives = r.alive;
+      connects = r.connected;
+      if (lives) {
+        store_path(reals, uints, stride, i, r.path);
+        at_alive = atomic_inc(&alive);
+      }
+      if (connects) {
+        store_connection(light_reals, light_uints, stride, i, r.connection);
+        at_connected = atomic_inc(&connected);
+      }
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (get_local_id(0) == 0u) {
+      first_alive = alive ? atomic_add(&counts[2u * bounce + 2u], alive) : 0u;
+      first_connected = connected ? atomic_add(&counts[2u * bounce + 1u], connected) : 0u;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (lives) next_queue[first_alive + at_alive] = i;
+    if (connects) light_queue[first_connected + at_connected] = i;
+  }
+}
+
+__kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL real *results,
+                      GLOBAL const uint *light_queue, GLOBAL const uint *counts, uint bounce) {
+  MAKE_SCENE
+  uint count = counts[2u * bounce + 1u];
+  for (uint k = get_global_id(0); k < count; k += get_global_size(0)) {
+    uint i = light_queue[k];
+    Connection c = load_connection(light_reals, light_uints, stride, i);
+    add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, SCENE_FEATURES));
+  }
+}
+
+/* Adds the samples of each pixel to the film in the order of their numbers. */
+__kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT_PARAMETERS, GLOBAL float *sums,
+                         uint first_pixel, uint pixels) {
+  Params params = params_buffer[0];
+  uint k = get_global_id(0);
+  if (k >= pixels) return;
+  uint plane = uint_of(params.width) * uint_of(params.height);
+  uint at = first_pixel + k;
+  for (uint n = 0u; n < params.samples; n++) {
+    uint slot = k * params.samples + n, sample = params.first_sample + n;
+    uint first = (PLANE_COMBINED + 4u * (sample & 1u)) * plane + at;
+    for (uint c = 0u; c < 4u; c++) sums[first + c * plane] += results[c * stride + slot];
+    if (params.aovs) {
+      for (uint a = PLANES_COMBINED; a < PLANES_ALL; a++)
+        if (plane_takes(a, sample)) sums[a * plane + at] += aovs[(a - PLANES_COMBINED) * stride + slot];
+    }
+  }
+}
