@@ -1,0 +1,150 @@
+/* The native module: the only file that knows nanobind. numpy in, numpy out; what arrays mean is said
+ * in isophote/prepare.py and isophote/openmp.py, which are its only users. */
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <atomic>
+#include <stdexcept>
+
+#include "../kernels/params.h"
+#include "../kernels/scene_buffers.h"
+#include "bvh_build.h"
+#include "isophote_build.h"
+#include "render.h"
+
+namespace nb = nanobind;
+using namespace isophote;
+
+namespace isophote {
+#define X(name, precision, level)                                                                       \
+  namespace name {                                                                                      \
+  bool render(const void *const *, const void *, int, float *, const std::atomic<int> *);               \
+  void trace_rays(const void *const *, const float *, long, int, int, float *, unsigned *);             \
+  }
+ISOPHOTE_VARIANTS(X)
+#undef X
+}  // namespace isophote
+
+namespace {
+
+const Variant VARIANTS[] = {
+#define X(name, precision, level) {#name, #precision, level, name::render, name::trace_rays},
+    ISOPHOTE_VARIANTS(X)
+#undef X
+};
+
+const Variant &find_variant(const std::string &name) {
+  for (const Variant &v : VARIANTS)
+    if (name == v.name) return v;
+  throw std::invalid_argument("no variant " + name + " in this build");
+}
+
+/* Whether this processor runs code for x86-64-v<level>; 0 runs everywhere. */
+bool is_supported(int level) {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  switch (level) {
+    case 4: return __builtin_cpu_supports("x86-64-v4");
+    case 3: return __builtin_cpu_supports("x86-64-v3");
+    case 2: return __builtin_cpu_supports("x86-64-v2");
+  }
+#endif
+  return level == 0;
+}
+
+template <typename T>
+nb::object to_array(std::vector<T> &&values, size_t columns = 1) {
+  auto *kept = new std::vector<T>(std::move(values));
+  nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+  size_t shape[2] = {kept->size() / columns, columns};
+  return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), columns == 1 ? 1 : 2, shape, owner));
+}
+
+using Floats = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Uints = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+nb::tuple make_tree(Floats lo, Floats hi, Uints reference, uint32_t node_base, uint32_t triangle_base,
+                    uint32_t sphere_base, int max_leaf, int threads) {
+  size_t n = lo.shape(0);
+  if (hi.shape(0) != n || reference.shape(0) != n)
+    throw std::invalid_argument("make_tree: lo, hi and reference must have the same length");
+  std::vector<BuildItem> items(n);
+  for (size_t i = 0; i < n; i++) {
+    for (int a = 0; a < 3; a++) {
+      items[i].lo[a] = lo(i, size_t(a));
+      items[i].hi[a] = hi(i, size_t(a));
+    }
+    items[i].reference = reference(i);
+    items[i].position = uint32_t(i);
+  }
+  Tree tree;
+  {
+    nb::gil_scoped_release release;
+    tree = build_tree(items, {node_base, triangle_base, sphere_base}, max_leaf, threads);
+  }
+  std::vector<uint8_t> nodes(tree.nodes.size() * sizeof(Bvh2Node));
+  if (!nodes.empty()) std::memcpy(nodes.data(), tree.nodes.data(), nodes.size());
+  return nb::make_tuple(to_array(std::move(nodes)), to_array(std::move(tree.order)), to_array(std::move(tree.last)),
+                        tree.root, tree.depth);
+}
+
+std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
+  std::vector<const void *> p;
+  for (const Bytes &b : buffers) p.push_back(b.data());
+  return p;
+}
+
+bool render(const std::string &variant, const std::vector<Bytes> &buffers, Bytes params, int threads,
+            nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> sums,
+            nb::ndarray<int32_t, nb::shape<1>, nb::c_contig, nb::device::cpu> cancelled) {
+  const Variant &v = find_variant(variant);
+  const Params *p = reinterpret_cast<const Params *>(params.data());
+  if (params.size() != sizeof(Params)) throw std::invalid_argument("render: params of the wrong size");
+  size_t planes = p->aovs ? PLANES_ALL : PLANES_COMBINED;
+  if (sums.shape(0) < planes || sums.shape(1) != size_t(p->height) || sums.shape(2) != size_t(p->width))
+    throw std::invalid_argument("render: sums do not have the shape of the region");
+  std::vector<const void *> scene = pointers(buffers);
+  float *out = sums.data();
+  auto *flag = reinterpret_cast<const std::atomic<int> *>(cancelled.data());
+  nb::gil_scoped_release release;
+  return v.render(scene.data(), p, threads, out, flag);
+}
+
+nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers,
+                nb::ndarray<const float, nb::shape<-1, 8>, nb::c_contig, nb::device::cpu> rays, bool any, int threads) {
+  const Variant &v = find_variant(variant);
+  std::vector<const void *> scene = pointers(buffers);
+  size_t n = rays.shape(0);
+  std::vector<float> hits(4 * n);
+  std::vector<uint32_t> ids(2 * n);
+  {
+    nb::gil_scoped_release release;
+    v.trace(scene.data(), rays.data(), long(n), any, threads, hits.data(), ids.data());
+  }
+  return nb::make_tuple(to_array(std::move(hits), 4), to_array(std::move(ids), 2));
+}
+
+}  // namespace
+
+NB_MODULE(_native, m) {
+  m.attr("version") = ISOPHOTE_VERSION;
+  m.attr("compiler") = ISOPHOTE_COMPILER;
+  nb::list variants;
+  for (const Variant &v : VARIANTS) variants.append(nb::make_tuple(v.name, v.precision, v.level, is_supported(v.level)));
+  m.attr("variants") = variants;
+  nb::dict sizes;
+#define X(type, name, comment) sizes[#name] = sizeof(type);
+  SCENE_BUFFERS(X)
+#undef X
+  sizes["params"] = sizeof(Params);
+  m.attr("sizes") = sizes;
+  m.def("make_tree", &make_tree, nb::arg("lo"), nb::arg("hi"), nb::arg("reference"), nb::arg("node_base"),
+        nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
+  m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("params"), nb::arg("threads"),
+        nb::arg("sums"), nb::arg("cancelled"));
+  m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("rays"), nb::arg("any"), nb::arg("threads"));
+}
