@@ -1,0 +1,1 @@
+"""Isophote: a path tracer that says how accurate its pictures are."""

@@ -1,0 +1,5 @@
+"""python -m isophote: the command line."""
+
+from isophote.cli import main
+
+main()

@@ -1,0 +1,234 @@
+"""The command line: render, export, info, devices, compare.
+
+Results go to stdout (one JSON object with --json), progress and messages to stderr. Exit status: 0
+done, 1 error, 2 wrong usage, 130 interrupted (what was rendered is written and marked as partial).
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+import sys
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from isophote.blender_process import BlenderError
+from isophote.compare import CompareError, compare
+from isophote.device import DeviceError, list_devices
+from isophote.film import FilmError
+from isophote.images import ImageError, check_place, read_image
+from isophote.render_command import Interrupted, Job, checked_settings, export_scene_file, open_scene, render_job
+from isophote.scene import FIELDS, SceneError
+from isophote.settings import PRECISIONS, Settings
+from isophote.validate import validate
+
+EXPECTED = (BlenderError, CompareError, DeviceError, FilmError, ImageError, SceneError)
+stderr = Console(stderr=True, highlight=False, soft_wrap=True)
+DEFAULTS = Settings()
+
+
+class Size(click.ParamType):
+    """WxH in pixels, as (width, height)."""
+
+    name = "WxH"
+
+    def convert(self, value, param, ctx):
+        if isinstance(value, tuple):
+            return value
+        width, _, height = value.lower().partition("x")
+        if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
+            self.fail(f"{value!r} is no size; write it as 640x480", param, ctx)
+        return int(width), int(height)
+
+
+def reported(command):
+    """Turn expected errors into a message on stderr (and {"failed": message} on stdout with --json) and status 1."""
+
+    @functools.wraps(command)
+    def wrapper(**options):
+        try:
+            command(**options)
+        except Interrupted as interrupted:
+            stderr.print(f"interrupted: {interrupted}", markup=False)
+            sys.exit(130)
+        except KeyboardInterrupt:
+            fail("interrupted before anything was written", options, 130)
+        except MemoryError as error:
+            fail(f"out of memory: {error}", options, 1)
+        except EXPECTED as error:
+            fail(str(error), options, 1)
+
+    return wrapper
+
+
+def fail(message: str, options: dict, status: int):
+    if options.get("json"):
+        print_json({"failed": message})
+    stderr.print(f"isophote: error: {message}", markup=False)
+    sys.exit(status)
+
+
+def print_json(value: dict) -> None:
+    click.echo(json.dumps(finite(value), indent=1))
+
+
+def finite(value):
+    """JSON knows no NaN and no infinity: null instead."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+json_option = click.option("--json", is_flag=True, help="Print one JSON object.")
+frame_option = click.option("--frame", type=int, help="Frame of the .blend file (default: its current one).")
+size_option = click.option("--size", type=Size(), help="Pixels (default: the scene's own).")
+blender_option = click.option("--blender", metavar="PROGRAM", help="Blender, or a Python with the bpy wheel.")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def cli():
+    """Isophote renders .blend files and exported scenes, and says how accurate the picture is."""
+
+
+@cli.command()
+@click.argument("scene", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture, .exr or .png.")
+@click.option("--samples", type=click.IntRange(min=1),
+              help=f"Samples a pixel (default {DEFAULTS.samples}; no limit with --time alone).")
+@click.option("--time", "time_limit", type=click.FloatRange(min=0, min_open=True), metavar="S",
+              help="Stop after this many seconds of rendering.")
+@click.option("--device", default=DEFAULTS.device, show_default=True, help="openmp, opencl or opencl:N.")
+@click.option("--threads", type=click.IntRange(min=0), default=DEFAULTS.threads, help="CPU threads (default: all).")
+@click.option("--precision", type=click.Choice(PRECISIONS), default=DEFAULTS.precision, show_default=True)
+@click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1), default=DEFAULTS.seed, show_default=True)
+@click.option("--passes", help="Comma-separated, or all (default: all for .exr, combined for .png).")
+@frame_option
+@size_option
+@blender_option
+@json_option
+@reported
+def render(scene, output, frame, size, blender, json, **options):
+    """Render FILE, a .blend or an exported .npz."""
+    job = Job(scene, output, checked_settings(output, **options), frame, size, blender)
+    result = render_job(job, stderr)
+    if json:
+        print_json(result)
+    else:
+        print_result(result)
+    if result["partial"]:
+        raise Interrupted(f"{output} holds the {result['samples']} samples that were done and is marked as partial")
+
+
+def print_result(result: dict) -> None:
+    error = "unknown" if result["error"] is None else f"{100 * result['error']:.2f} % of the mean brightness"
+    click.echo(f"picture    {result['output']}{' (partial)' if result['partial'] else ''}")
+    click.echo(f"device     {result['device']} ({result['driver']})")
+    click.echo(f"samples    {result['samples']} a pixel, {result['samples_per_second'] / 1e6:.3f} million a second, "
+               f"{result['render_seconds']:.2f} s")
+    click.echo(f"error      {error}")
+    for note in result["notes"]:
+        click.echo(f"note       {note['name']}: {note['what']}")
+
+
+@cli.command()
+@click.argument("blend", metavar="FILE.blend", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Scene file, .npz.")
+@frame_option
+@size_option
+@blender_option
+@json_option
+@reported
+def export(blend, output, frame, size, blender, json):
+    """Export a frame of a .blend file to a scene file that renders without Blender."""
+    if output.suffix != ".npz":
+        raise click.UsageError(f"{output}: scene files end in .npz")
+    check_place(output)
+    report = export_scene_file(blend, output, frame, size, blender, stderr)
+    if json:
+        print_json({"output": str(output), **report})
+    else:
+        click.echo(f"{output}: {report.get('triangles')} triangles, {report.get('instances')} instances, "
+                   f"{report.get('notes')} notes")
+
+
+@cli.command()
+@click.argument("scene", type=click.Path(path_type=Path))
+@frame_option
+@blender_option
+@json_option
+@reported
+def info(scene, frame, blender, json):
+    """Say what is in a scene: sizes, materials, lights, problems and what was left out."""
+    loaded, _ = open_scene(scene, frame, None, blender, stderr)
+    width, height = (int(n) for n in loaded.resolution)
+    result = {
+        "file": str(scene),
+        "scene_hash": loaded.content_hash,
+        "resolution": [width, height],
+        "vertices": len(loaded.vertices),
+        "triangles": len(loaded.triangles),
+        "meshes": len(loaded.mesh_normals),
+        "instances": len(loaded.instance_mesh),
+        "spheres": len(loaded.sphere_radius),
+        "materials": len(loaded.material_first) - 1,
+        "lights": len(loaded.light_kind),
+        "bytes": sum(loaded.arrays[name].nbytes for name in FIELDS),
+        "names": loaded.names,
+        "problems": [{"severity": p.severity, "thing": p.thing, "what": p.what} for p in validate(loaded)],
+        "notes": loaded.notes,
+    }
+    if json:
+        print_json(result)
+        return
+    for key, value in result.items():
+        if key == "names":
+            continue
+        if key in ("problems", "notes"):
+            for entry in value:
+                label = entry.get("severity", "note")
+                click.echo(f"{label:<10} {entry.get('thing') or entry.get('name')}: {entry['what']}")
+        else:
+            click.echo(f"{key:<10} {' x '.join(map(str, value)) if isinstance(value, list) else value}")
+
+
+@cli.command()
+@json_option
+@reported
+def devices(json):
+    """List every device with its driver, and where one cannot be used, why."""
+    found = list_devices()
+    if json:
+        print_json({"devices": [vars(device) for device in found]})
+        return
+    for device in found:
+        if device.usable:
+            strict = "strict" if device.strict is True else f"not strict: {device.strict}"
+            click.echo(f"{device.id:<10} {device.name} ({device.driver}), {strict}")
+        else:
+            click.echo(f"{device.id:<10} {device.name} cannot be used: {device.why_not}")
+
+
+@cli.command(name="compare")
+@click.argument("a", type=click.Path(path_type=Path))
+@click.argument("b", type=click.Path(path_type=Path))
+@json_option
+@reported
+def compare_command(a, b, json):
+    """Measure how far picture A is from picture B (the reference)."""
+    result = compare(read_image(a), read_image(b))
+    if json:
+        print_json(result)
+        return
+    for key, value in result.items():
+        for line in value if key == "notes" else [value]:
+            click.echo(f"{key:<17} {line}")
+
+
+def main() -> None:
+    """The entry point `isophote`."""
+    cli(prog_name="isophote")

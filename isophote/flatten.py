@@ -1,0 +1,46 @@
+"""Instances whose matrix has one zero scale: flat, but there. Kernels invert matrices, so each becomes its own mesh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from isophote.scene import Scene
+
+
+def matrix_ranks(scene: Scene) -> np.ndarray:
+    """Rank (I) of each instance's linear part: 3, 2 where it flattens, less where nothing is left; 0 if not finite."""
+    with np.errstate(over="ignore"):  # float32 is what kernels get
+        finite = np.isfinite(scene.instance_to_world.astype(np.float32)).all(axis=(1, 2))
+    ranks = np.zeros(len(finite), int)
+    if finite.any():
+        ranks[finite] = np.linalg.matrix_rank(scene.instance_to_world[finite][:, :, :3])
+    return ranks
+
+
+def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
+    """The scene with each instance of rank 2 replaced by a mesh of its own in world space, without smooth normals."""
+    flat = np.flatnonzero(ranks == 2)
+    if not len(flat):
+        return scene
+    a = scene.arrays
+    parts = {name: [a[name]] for name in ("vertices", "triangles", "triangle_slots", "mesh_triangles", "mesh_normals")}
+    a = a | {name: a[name].copy() for name in ("instance_mesh", "instance_to_world")}
+    names = {group: list(those) for group, those in scene.names.items()}
+    mesh, vertex, end = len(a["mesh_normals"]), len(a["vertices"]), len(a["triangles"])
+    for instance in flat:
+        first, last = a["mesh_triangles"][a["instance_mesh"][instance]:][:2]
+        used, triangles = np.unique(a["triangles"][first:last], return_inverse=True)
+        matrix = a["instance_to_world"][instance].copy()
+        parts["vertices"].append((a["vertices"][used] @ matrix[:, :3].T + matrix[:, 3]).astype(np.float32))
+        parts["triangles"].append((triangles.reshape(-1, 3) + vertex).astype(np.uint32))
+        parts["triangle_slots"].append(a["triangle_slots"][first:last])
+        end += last - first
+        parts["mesh_triangles"].append(np.array([end], np.uint32))
+        parts["mesh_normals"].append(np.array([-1], np.int32))
+        a["instance_mesh"][instance], a["instance_to_world"][instance] = mesh, np.eye(3, 4)
+        if names.get("meshes"):
+            names["meshes"].append(scene.name_of("instances", instance))
+        mesh, vertex = mesh + 1, vertex + len(used)
+    return replace(scene, arrays=a | {name: np.concatenate(part) for name, part in parts.items()}, names=names)

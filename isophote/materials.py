@@ -1,0 +1,65 @@
+"""Operations of material programs and what their constants mean: one table, kept in step with
+kernels/bsdf/bsdf.h by a test.
+
+A program runs from its first instruction to its last. Each path carries a layer weight, 1 at the
+start; a closure's weight is its RGB times the layer weight; OP_LAYER_* multiply the layer weight by
+what the layer above lets through, so a coated closure comes after its coat.
+
+A colour that light takes on at every bounce between microfacets (the Color socket of Glossy and
+Glass) is the closure's tint: multiscatter compensation saturates it. What scales the closure as a
+whole (mix and add nodes, alpha, Principled's shares) is the instruction's weight.
+"""
+
+from __future__ import annotations
+
+PARAMS = 11
+
+# name -> (number, names of the parameters). Roughness is Blender's socket, 0 to 1: alpha = roughness^2.
+# multiscatter: 1 for Multiscatter GGX, 0 for GGX. ior: of the medium behind the front side.
+OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
+    "emission": (0, ()),  # weight = radiance; folded into the material's record when prepared
+    "diffuse": (1, ()),
+    "glossy": (2, ("roughness", "multiscatter", "tint_r", "tint_g", "tint_b")),  # GGX, Fresnel 1
+    "refraction": (3, ("roughness", "ior")),
+    "glass": (4, ("roughness", "ior", "multiscatter", "tint_r", "tint_g", "tint_b")),
+    "transparent": (5, ()),
+    "metal": (6, ("roughness", "multiscatter", "f0_r", "f0_g", "f0_b", "f82_r", "f82_g", "f82_b")),
+    # Principled's dielectric layer; ior is the one adjusted by Specular IOR Level, tint scales F0
+    "specular": (7, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b")),
+    # transmission: tint of one crossing, the square root of Principled's base colour
+    "principled_glass": (8, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b",
+                             "transmission_r", "transmission_g", "transmission_b")),
+    "layer_specular": (9, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b")),  # layer weight *= 1 - albedo
+}
+
+# Tints may be left out.
+DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b")}
+
+# alpha^2 at and below which a GGX lobe is a mirror (kernels/bsdf/microfacet.h).
+DELTA_ALPHA2 = 2e-10
+
+
+def make_instruction(operation: str, weight, **params) -> tuple[int, tuple[float, float, float], list[float]]:
+    """(op, RGB weight, constants padded to PARAMS) for Scene's instruction arrays.
+
+    Raises KeyError for an unknown operation, TypeError for an unknown or missing parameter.
+    """
+    number, names = OPERATIONS[operation]
+    given = {name: DEFAULTS[name] for name in names if name in DEFAULTS} | params
+    if set(given) != set(names):
+        raise TypeError(f"{operation} takes {', '.join(names) or 'no parameters'}, got {', '.join(params)}")
+    values = [float(given[name]) for name in names]
+    return number, tuple(float(w) for w in weight), values + [0.0] * (PARAMS - len(values))
+
+
+def is_delta(op: int, constants) -> bool:
+    """Whether every lobe of the closure is a delta from both sides, so that it is sampled but never evaluated."""
+    name, names = next((name, names) for name, (number, names) in OPERATIONS.items() if number == op)
+    if "roughness" not in names:
+        return name == "transparent"
+    values = dict(zip(names, constants))
+    spread = min(max(values["roughness"], 0.0), 1.0) ** 4
+    if name == "refraction":  # bends microfacets' tilts by 1 - 1/ior: nothing is rough at ior 1
+        ior = max(values["ior"], 1e-5)
+        spread *= min(max(abs(1 - 1 / ior), abs(1 - ior)), 1.0) ** 2
+    return spread <= DELTA_ALPHA2

@@ -1,0 +1,234 @@
+"""OpenCL devices: the wavefront of kernels/wavefront.cl, run through pyopencl.
+
+The host only launches. Paths, queues and their lengths stay on the device; per item it reads the
+film's sums once. Kernels are compiled for the features of the scene at hand.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from isophote.device import DeviceError, DeviceInfo
+from isophote.params import make_params
+from isophote.prepare import Prepared
+from isophote.records import header_path, numbers, records, scene_buffers
+from isophote.schedule import WorkItem
+from isophote.settings import Settings
+
+GROUP = 64  # work-items of a group
+PATHS_ON_GPU, PATHS_ON_CPU = 1 << 21, 1 << 16
+BOUNCES_BETWEEN_LOOKS = 8  # the queue's length is read that often, to stop early and to cancel
+BYTES_PER_PATH = 4 * (12 + 7 + 6 + 12 + 4 + 10 + 3)
+
+
+def import_pyopencl():
+    """The module, or DeviceError saying why there is none."""
+    try:
+        import pyopencl
+    except ImportError as error:
+        raise DeviceError(f"opencl: pyopencl cannot be loaded ({error})") from error
+    return pyopencl
+
+
+def opencl_devices() -> list:
+    """All devices of all platforms, GPUs first. Raises DeviceError where there is no driver."""
+    cl = import_pyopencl()
+    try:
+        found = [device for platform in cl.get_platforms() for device in platform.get_devices()]
+    except cl.Error as error:
+        raise DeviceError(f"opencl: no driver is installed ({error})") from error
+    if not found:
+        raise DeviceError("opencl: no driver has a device")
+    return sorted(found, key=lambda device: not device.type & cl.device_type.GPU)
+
+
+def list_opencl() -> list[DeviceInfo]:
+    """Every OpenCL device; one that cannot be used says why."""
+    made = []
+    for number, device in enumerate(opencl_devices()):
+        why_not = ""
+        if not device.available or not device.compiler_available:
+            why_not = "it is not available" if not device.available else "its driver has no compiler"
+        made.append(DeviceInfo(f"opencl:{number}", device.name.strip(), driver_name(device), not why_not, why_not,
+                               is_strict(device)))
+    return made
+
+
+def driver_name(device) -> str:
+    return f"{device.platform.name.strip()}, {device.version.strip()}, driver {device.driver_version.strip()}"
+
+
+def is_strict(device) -> bool | str:
+    """True where the device can give strict mode's bits, else the reason why not."""
+    cl = import_pyopencl()
+    config = device.single_fp_config
+    if not config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
+        return "its driver does not round division and square root correctly"
+    if not config & cl.device_fp_config.DENORM:
+        return "it flushes denormal numbers to zero"
+    return True
+
+
+def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
+    """Compiler options: the scene's features, and what keeps the bits in strict mode."""
+    used = 0
+    for op in np.unique(prepared.buffers["instructions"]["op"]):
+        used |= 1 << int(op)
+    options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u", f"-DCLOSURES_USED={used}u"]
+    if settings.precision == "fast":
+        return [*options, "-DISOPHOTE_FAST", "-cl-mad-enable"]
+    if is_strict(device) is True:
+        options.append("-cl-fp32-correctly-rounded-divide-sqrt")
+    return options
+
+
+def kernel_source() -> str:
+    """kernels/wavefront.cl with its headers put in, each once: one text that caches can be keyed by."""
+    seen: set = set()
+
+    def expand(path) -> str:
+        if path in seen:
+            return ""
+        seen.add(path)
+        lines = []
+        for line in path.read_text().splitlines():
+            include = re.fullmatch(r'\s*#include "(.+)"\s*', line)
+            lines.append(expand((path.parent / include.group(1)).resolve()) if include else line)
+        return "\n".join(lines)
+
+    return expand(header_path("wavefront.cl").resolve())
+
+
+class OpenCLDevice:
+    """One OpenCL device, given by its entry of list_opencl()."""
+
+    kind = "opencl"
+
+    def __init__(self, settings: Settings, info: DeviceInfo):
+        self.cl = import_pyopencl()
+        if settings.precision == "reference":
+            raise DeviceError("opencl: reference precision is for the CPU (device openmp)")
+        self.device = opencl_devices()[int(info.id.partition(":")[2])]
+        self.name, self.driver = info.name, info.driver
+        self.strict = info.strict if settings.precision == "strict" else f"precision {settings.precision} was asked for"
+        self.settings = settings
+        self.compile_seconds = 0.0
+        self.context = self.calling(self.cl.Context, [self.device])
+        self.queue = self.calling(self.cl.CommandQueue, self.context)
+        self.scene: list = []
+        self.capacity = 0
+
+    def calling(self, function, *arguments, **named):
+        """Call into OpenCL; its errors come out as DeviceError naming the device."""
+        try:
+            return function(*arguments, **named)
+        except (self.cl.Error, MemoryError) as error:
+            raise DeviceError(f"opencl: {self.name} failed: {error}") from error
+
+    def buffer(self, size: int = 0, array: np.ndarray | None = None):
+        flags = self.cl.mem_flags
+        if array is not None and array.nbytes:
+            return self.calling(self.cl.Buffer, self.context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=array)
+        return self.calling(self.cl.Buffer, self.context, flags.READ_WRITE, max(size, 4))
+
+    def upload(self, prepared: Prepared) -> None:
+        """Copy the scene's buffers and compile the kernels for its features."""
+        assert list(prepared.buffers) == list(scene_buffers())
+        self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
+        started = time.perf_counter()
+        program = self.cl.Program(self.context, kernel_source())
+        try:
+            program.build(options=build_options(self.device, self.settings, prepared))
+        except self.cl.Error as error:
+            raise DeviceError(f"opencl: the kernels do not compile for {self.name}: {error}") from error
+        self.kernels = {name: self.calling(self.cl.Kernel, program, name)
+                        for name in ("generate", "extend", "shade", "connect", "accumulate")}
+        self.compile_seconds += time.perf_counter() - started
+
+    def reserve(self, paths: int, aovs: bool) -> None:
+        """Make room for the state of so many paths."""
+        if paths <= self.capacity and aovs <= self.has_aovs:
+            return
+        self.capacity, self.has_aovs = paths, aovs
+        n = numbers()
+        planes = n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1
+        for name, columns in {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 3, "light_reals": 10,
+                              "light_uints": 2, "results": 4, "aovs": planes}.items():
+            setattr(self, name, self.buffer(4 * columns * paths))
+        self.queues = [self.buffer(4 * paths) for _ in range(2)]
+        self.light_queue = self.buffer(4 * paths)
+
+    has_aovs = False
+
+    def paths_at_once(self, item: WorkItem) -> int:
+        """Paths in flight: as many as the device has use and memory for, whole pixels, at least one."""
+        gpu = bool(self.device.type & self.cl.device_type.GPU)
+        fitting = self.device.global_mem_size // 4 // BYTES_PER_PATH
+        pixels = max(1, min(PATHS_ON_GPU if gpu else PATHS_ON_CPU, fitting) // item.samples)
+        x0, y0, x1, y1 = item.region
+        return min(pixels, (x1 - x0) * (y1 - y0)) * item.samples
+
+    def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
+        """As Device.render; `sums` stay as they were where the item was cancelled or the device failed."""
+        params = make_params(item, settings)
+        aovs = sums.shape[0] > numbers()["PLANES_COMBINED"]
+        paths = self.paths_at_once(item)
+        self.reserve(paths, aovs)
+        film = self.buffer(array=np.ascontiguousarray(sums))
+        params_buffer = self.buffer(array=params)
+        x0, y0, x1, y1 = item.region
+        pixels = (x1 - x0) * (y1 - y0)
+        at_once = paths // item.samples
+        for first in range(0, pixels, at_once):
+            if not self.render_pixels(params_buffer, settings, film, first, min(at_once, pixels - first), item.samples,
+                                      cancelled):
+                return 0
+        made = np.empty_like(sums)
+        self.calling(self.cl.enqueue_copy, self.queue, made, film)
+        sums[:] = made
+        return item.samples
+
+    def render_pixels(self, params, settings: Settings, film, first: int, pixels: int, samples: int, cancelled) -> bool:
+        """Trace all samples of some pixels to their end; False where cancelled."""
+        u, stride, count = np.uint32, np.uint32(self.capacity), pixels * samples
+        path = (self.reals, self.uints, stride)
+        hit, light, result = (self.hit_reals, self.hit_uints), (self.light_reals, self.light_uints), (self.results, self.aovs)
+        limit = settings.max_bounces + settings.transparent_bounces + 3
+        lengths = np.zeros(2 * limit + 2, np.uint32)
+        lengths[0] = count
+        counts = self.calling(self.cl.Buffer, self.context,
+                              self.cl.mem_flags.READ_WRITE | self.cl.mem_flags.COPY_HOST_PTR, hostbuf=lengths)
+        self.launch("generate", count, *self.scene, params, *path, *result, self.queues[0], u(first), u(count))
+        strided = min(count, self.device.max_compute_units * 2048)
+        for bounce in range(limit):
+            now, following = self.queues[bounce % 2], self.queues[1 - bounce % 2]
+            self.launch("extend", strided, *self.scene, params, *path, *hit, now, counts, u(bounce))
+            self.launch("shade", strided, *self.scene, params, *path, *hit, *light, *result, now, following,
+                        self.light_queue, counts, u(bounce))
+            self.launch("connect", strided, *self.scene, params, stride, *light, self.results, self.light_queue, counts,
+                        u(bounce))
+            if bounce % BOUNCES_BETWEEN_LOOKS == BOUNCES_BETWEEN_LOOKS - 1:
+                if cancelled():
+                    return False
+                left = np.zeros(1, np.uint32)
+                self.calling(self.cl.enqueue_copy, self.queue, left, counts, src_offset=8 * (bounce + 1))
+                if not left[0]:
+                    break
+        self.launch("accumulate", pixels, params, stride, *result, film, u(first), u(pixels))
+        return not cancelled()
+
+    def launch(self, name: str, count: int, *arguments) -> None:
+        """Enqueue a kernel over at least `count` work-items."""
+        self.calling(self.kernels[name], self.queue, (-(-count // GROUP) * GROUP,), (GROUP,), *arguments)
+
+    def close(self) -> None:
+        """Drop all buffers; the driver frees them with their last reference."""
+        self.queue.finish()
+        self.scene, self.capacity = [], 0
+        for name in ("reals", "uints", "hit_reals", "hit_uints", "light_reals", "light_uints", "results", "aovs",
+                     "queues", "light_queue", "kernels"):
+            self.__dict__.pop(name, None)

@@ -1,0 +1,99 @@
+"""The CPU as a device: the native module's OpenMP loops."""
+
+from __future__ import annotations
+
+import os
+import platform
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from isophote.device import DeviceError
+from isophote.params import make_params
+from isophote.prepare import Prepared
+from isophote.schedule import WorkItem
+from isophote.settings import Settings
+
+POLL_SECONDS = 0.05  # between two looks at whether the user has cancelled
+
+
+class OpenMPDevice:
+    """All cores, or settings.threads of them, with the widest instructions that the processor has.
+
+    The environment variable ISOPHOTE_ISA (v2, v3, v4) asks for other instructions, for tests.
+    """
+
+    kind = "openmp"
+    strict: bool | str = True
+    compile_seconds = 0.0
+
+    def __init__(self, settings: Settings):
+        try:
+            from isophote import _native
+        except ImportError as error:
+            raise DeviceError(f"openmp: the native module cannot be loaded ({error})") from error
+        self.native = _native
+        self.threads = settings.threads or os.cpu_count() or 1
+        self.variant = choose_variant(_native.variants, settings.precision, os.environ.get("ISOPHOTE_ISA", ""))
+        self.name = f"{processor_name()}, {self.threads} threads"
+        self.driver = f"OpenMP, {_native.compiler}, {self.variant}"
+        if settings.precision != "strict":
+            self.strict = f"precision {settings.precision} was asked for"
+        self.buffers: list[np.ndarray] = []
+
+    def upload(self, prepared: Prepared) -> None:
+        """Keep the buffers' bytes, in the order of kernels/scene_buffers.h."""
+        self.buffers = [buffer.view(np.uint8).reshape(-1) for buffer in prepared.buffers.values()]
+
+    def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
+        """As Device.render; `sums` stay as they were where the item was cancelled."""
+        params = make_params(item, settings)
+        made, flag, result = sums.copy(), np.zeros(1, np.int32), []
+
+        def work():
+            try:
+                result.append(self.native.render(self.variant, self.buffers, params, self.threads, made, flag))
+            except MemoryError:
+                result.append(DeviceError("openmp: out of memory while rendering"))
+
+        thread = threading.Thread(target=work, name="isophote-openmp")
+        thread.start()
+        while thread.is_alive():
+            thread.join(POLL_SECONDS)
+            if cancelled():
+                flag[0] = 1
+        if result and isinstance(result[0], DeviceError):
+            raise result[0]
+        if not result or not result[0]:
+            return 0
+        sums[:] = made
+        return item.samples
+
+    def close(self) -> None:
+        self.buffers = []
+
+
+def choose_variant(variants: list[tuple[str, str, int, bool]], precision: str, isa: str = "") -> str:
+    """The variant of a precision with the highest instruction set that this processor runs.
+
+    Raises DeviceError naming what there is.
+    """
+    fitting = [(level, name) for name, of, level, supported in variants
+               if of == precision and supported and (not isa or name.endswith(isa))]
+    if not fitting:
+        there = ", ".join(name for name, _, _, supported in variants if supported) or "none"
+        raise DeviceError(f"openmp: no {precision} {isa} code for this processor; there is: {there}")
+    return max(fitting)[1]
+
+
+def processor_name() -> str:
+    """The processor's name as the system tells it."""
+    try:
+        with open("/proc/cpuinfo") as file:
+            for line in file:
+                if line.startswith("model name"):
+                    return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()

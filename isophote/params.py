@@ -1,0 +1,35 @@
+"""The settings of a work item as kernels take them (kernels/params.h)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isophote.passes import planes_for
+from isophote.records import numbers, params_dtype
+from isophote.schedule import WorkItem
+from isophote.settings import Settings
+
+MOST_BOUNCES = 254  # paths count them in 8 bits
+
+
+def make_params(item: WorkItem, settings: Settings) -> np.ndarray:
+    """The bytes of a Params record, uint8 (n,).
+
+    Bounce limits grow by one, so that 0 still allows direct light; a clamp, given as a brightness,
+    is compared with the sum of three channels: both as Cycles does it.
+    """
+    x0, y0, x1, y1 = item.region
+    values = {
+        "x0": x0, "y0": y0, "width": x1 - x0, "height": y1 - y0,
+        "first_sample": item.first_sample, "samples": item.samples, "seed": settings.seed & 0xFFFFFFFF,
+        **{name: min(getattr(settings, name), MOST_BOUNCES) + 1 for name in (
+            "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")},
+        "filter_width": settings.filter_width,
+        "clamp_direct": 3 * settings.clamp_direct, "clamp_indirect": 3 * settings.clamp_indirect,
+        "film_transparent": settings.film_transparent,
+        "aovs": planes_for(settings.passes) > numbers()["PLANES_COMBINED"],
+    }
+    record = np.zeros(1, params_dtype())
+    for name in record.dtype.names:
+        record[name] = values[name]
+    return record.view(np.uint8).reshape(-1)

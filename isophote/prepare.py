@@ -1,0 +1,186 @@
+"""From a scene to the buffers that kernels read: trees, lights to sample, tables, and what the scene uses."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from isophote.geometry import make_geometry
+from isophote.lights import light_records
+from isophote.materials import OPERATIONS
+from isophote.records import make_records, numbers, records, scene_buffers
+from isophote.scene import Scene
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+FILTER_STEPS = 1024
+NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
+
+
+@dataclass
+class Prepared:
+    """What a device takes. `buffers` holds one record array for each entry of kernels/scene_buffers.h.
+
+    `features` is a mask of FEATURE_ bits, `resolution` the full frame (width, height) in pixels.
+    """
+
+    buffers: dict[str, np.ndarray]
+    features: int
+    resolution: tuple[int, int]
+    build_seconds: float
+    notes: list[dict] = field(default_factory=list)
+
+
+def prepare(scene: Scene) -> Prepared:
+    """Build everything that kernels need from a scene that validate.clean has passed."""
+    started = time.perf_counter()
+    buffers, root = make_geometry(scene)
+    materials, instructions = make_materials(scene)
+    lamps, lamp_power = light_records(scene)
+    triangles, triangle_power = triangle_lights(scene, materials)
+    lights = np.concatenate([lamps, triangles])
+    power = np.concatenate([lamp_power, triangle_power])
+    lights, alias = choose_lights(lights, power)
+    if len(lights):
+        luminous = materials["emission"].astype(np.float64) @ LUMINANCE
+        materials["emission_pdf"] = luminous * 2 * np.pi / power.sum()
+    features = find_features(scene, buffers, materials, lights, len(lamps))
+    buffers |= {
+        "camera": make_camera(scene), "materials": materials, "instructions": instructions,
+        "slot_materials": scene.slot_materials, "lights": lights, "light_alias": alias,
+        "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
+        "world": make_records("World", 1, radiance=scene.world_radiance, root=root, light_count=len(lights),
+                              lamp_count=len(lamps), features=features)}
+    buffers = {name: np.ascontiguousarray(buffers[name], dtype) for name, dtype in scene_buffers().items()}
+    return Prepared(buffers, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+
+
+def make_camera(scene: Scene) -> np.ndarray:
+    """The camera's record."""
+    matrix = scene.camera_to_world
+    left, right, bottom, top = scene.camera_window
+    return make_records(
+        "Camera", 1, x=matrix[:, 0], y=matrix[:, 1], z=matrix[:, 2], position=matrix[:, 3], left=left, right=right,
+        bottom=bottom, top=top, clip_start=scene.camera_clip[0], clip_end=scene.camera_clip[1],
+        kind=scene.camera_kind, width=scene.resolution[0], height=scene.resolution[1])
+
+
+def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Material records and the instructions that remain once emission is folded into them."""
+    n = numbers()
+    operation = np.array([NAME_OF_OPERATION[op] for op in scene.instruction_op.tolist()], dtype=object)
+    made, kept, placed = make_records("Material", len(scene.material_first) - 1), [], 0
+    for number, material in enumerate(made):
+        program = np.arange(scene.material_first[number], scene.material_first[number + 1])
+        emission = program[operation[program] == "emission"]
+        transparent = program[operation[program] == "transparent"]
+        rest = program[operation[program] != "emission"]
+        closures = [i for i in rest if not operation[i].startswith("layer_")]
+        smooth = all(operation[i] == "transparent" or (operation[i] != "diffuse" and scene.instruction_params[i, 0] == 0)
+                     for i in closures)
+        material["emission"] = scene.instruction_weight[emission].sum(0)
+        material["transparency"] = scene.instruction_weight[transparent].sum(0)
+        material["first"], material["count"] = placed, len(rest)
+        material["flags"] = (bool(material["emission"].any()) * n["MATERIAL_EMITS"]
+                             | bool(material["transparency"].any()) * n["MATERIAL_TRANSPARENT"]
+                             | smooth * n["MATERIAL_DELTA_ONLY"])
+        kept.append(rest)
+        placed += len(rest)
+    order = np.concatenate(kept) if kept else np.zeros(0, int)
+    instructions = make_records("Instruction", len(order), op=scene.instruction_op[order],
+                                weight=scene.instruction_weight[order], params=scene.instruction_params[order])
+    return made, instructions
+
+
+def triangle_lights(scene: Scene, materials: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Light records and powers (W) of all emissive triangles, each instance's its own.
+
+    A triangle shines from both sides: its power is 2 pi area times radiance.
+    """
+    n = numbers()
+    parts, powers = [make_records("Light", 0)], [np.zeros(0)]
+    emits = materials["emission"].any(1)
+    emitting_slots = emits[scene.slot_materials]
+    if not emitting_slots.any():
+        return parts[0], powers[0]
+    for instance, mesh in enumerate(scene.instance_mesh):
+        primitive = np.arange(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1])
+        slot = scene.instance_slots[instance] + scene.triangle_slots[primitive]
+        primitive, slot = primitive[emitting_slots[slot]], slot[emitting_slots[slot]]
+        if not len(primitive):
+            continue
+        matrix = scene.instance_to_world[instance]
+        corners = scene.vertices[scene.triangles[primitive]].astype(np.float64) @ matrix[:, :3].T + matrix[:, 3]
+        edges = corners[:, 1:] - corners[:, :1]
+        normal = np.cross(edges[:, 0], edges[:, 1])
+        doubled = np.linalg.norm(normal, axis=1)
+        kept = doubled > 0
+        radiance = materials["emission"][scene.slot_materials[slot]].astype(np.float64)
+        record = make_records(
+            "Light", len(primitive), kind=n["LIGHT_TRIANGLE"], instance=instance, primitive=primitive,
+            visibility=scene.instance_visibility[instance], radiance=radiance, position=corners[:, 0],
+            u=edges[:, 0], v=edges[:, 1], normal=normal / np.where(kept, doubled, 1)[:, None], area=doubled / 2)
+        parts.append(record[kept])
+        powers.append((2 * np.pi * radiance @ LUMINANCE * doubled / 2)[kept])
+    return np.concatenate(parts), np.concatenate(powers)
+
+
+def choose_lights(lights: np.ndarray, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fill in the lights' probabilities, in proportion to power, and make the alias table that draws them."""
+    total = power.sum()
+    if not total > 0:
+        return lights[:0], make_records("AliasEntry", 0)
+    lights["probability"] = power / total
+    return lights, alias_table(power / total)
+
+
+def alias_table(probability: np.ndarray) -> np.ndarray:
+    """Walker's alias table, made as in Vose 1991, "A linear algorithm for generating random numbers"."""
+    count = len(probability)
+    scaled = (np.asarray(probability, np.float64) * count).tolist()
+    keep, alias = [1.0] * count, list(range(count))
+    small = [i for i, p in enumerate(scaled) if p < 1.0]
+    large = [i for i, p in enumerate(scaled) if p >= 1.0]
+    while small and large:
+        low, high = small.pop(), large[-1]
+        keep[low], alias[low] = scaled[low], high
+        scaled[high] -= 1.0 - scaled[low]
+        if scaled[high] < 1.0:
+            small.append(large.pop())
+    return make_records("AliasEntry", count, keep=keep, alias=alias)
+
+
+def blackman_harris_table() -> np.ndarray:
+    """Inverse CDF of the Blackman-Harris window (Harris 1978, table I, four terms) of width 1, float32."""
+    x = np.linspace(-0.5, 0.5, 1 << 16 | 1)
+    phase = 2 * np.pi * (x + 0.5)
+    window = 0.35875 - 0.48829 * np.cos(phase) + 0.14128 * np.cos(2 * phase) - 0.01168 * np.cos(3 * phase)
+    cdf = np.concatenate([[0.0], np.cumsum(0.5 * (window[1:] + window[:-1]))])
+    return np.interp(np.linspace(0, 1, FILTER_STEPS + 1), cdf / cdf[-1], x).astype(np.float32)
+
+
+def albedo_tables(instructions: np.ndarray) -> np.ndarray:
+    """The tables of kernels/bsdf/albedo.h where a microfacet closure needs them, else nothing."""
+    needless = [OPERATIONS[name][0] for name in ("diffuse", "transparent")]
+    if np.isin(instructions["op"], needless).all():
+        return np.zeros(0, np.float32)
+    return np.load(Path(__file__).parent / "data" / "albedo_tables.npy")
+
+
+def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np.ndarray, lamps: int) -> int:
+    """Mask of FEATURE_ bits: what kernels for this scene must know."""
+    n = numbers()
+    visibility = [scene.instance_visibility, scene.sphere_visibility]
+    uses = {
+        "FEATURE_INSTANCES": (buffers["instances"]["root"] != n["NONE"]).any(),
+        "FEATURE_SPHERES": len(buffers["spheres"]) > 0,
+        "FEATURE_TRANSPARENT": (materials["flags"] & n["MATERIAL_TRANSPARENT"]).any(),
+        "FEATURE_VISIBILITY": any((v & n["RAY_ALL"] != n["RAY_ALL"]).any() for v in visibility),
+        "FEATURE_LIGHTS": len(lights) > 0,
+        "FEATURE_VISIBLE_LIGHTS": (lights[:lamps]["size_u"] > 0).any(),
+        "FEATURE_SMOOTH": len(buffers["corner_normals"]) > 0,
+        "FEATURE_EMISSION": materials["emission"].any(),
+    }
+    return sum(n[name] for name, used in uses.items() if used)

@@ -1,0 +1,171 @@
+"""The scene as flat numpy arrays: what the exporter writes and everything to its right reads.
+
+One table, FIELDS, names each array with its type, shape and meaning; saving, loading, hashing and
+validating walk over it.  Counts: V vertices, T triangles, N smooth triangles, M meshes,
+I instances, Q slots, S spheres, P materials, K instructions, L lights.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Field:
+    """One array of a scene: dtype, shape ("T" and "T+1" stand for counts) and what it holds."""
+
+    dtype: str
+    shape: tuple
+    doc: str
+
+
+FIELDS: dict[str, Field] = {
+    "origin": Field("f8", (3,), "the camera's place in Blender's world; all else is relative to it, metres"),
+    "resolution": Field("i4", (2,), "width and height of the full frame, pixels"),
+    "camera_kind": Field("i4", (), "0 perspective, 1 orthographic"),
+    "camera_to_world": Field("f8", (3, 4), "rigid, looks along its -z; translation 0 but for rounding"),
+    "camera_window": Field("f8", (4,), "left, right, bottom, top at distance 1 (perspective) or in metres"),
+    "camera_clip": Field("f8", (2,), "start and end, metres along -z"),
+    "vertices": Field("f4", ("V", 3), "object space"),
+    "triangles": Field("u4", ("T", 3), "indices into vertices"),
+    "triangle_slots": Field("u4", ("T",), "material slot within the mesh, < 2^16"),
+    "normals": Field("f4", ("N", 3, 3), "unit corner normals of the triangles of smooth meshes, object space"),
+    "mesh_triangles": Field("u4", ("M+1",), "first triangle of each mesh; the last entry is T"),
+    "mesh_normals": Field("i4", ("M",), "first entry of the mesh in normals, -1 for flat meshes"),
+    "instance_mesh": Field("u4", ("I",), "mesh of each instance"),
+    "instance_to_world": Field("f8", ("I", 3, 4), "object to world, relative to origin"),
+    "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
+    "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h)"),
+    "slot_materials": Field("u4", ("Q",), "material of each slot"),
+    "sphere_center": Field("f8", ("S", 3), "relative to origin"),
+    "sphere_radius": Field("f8", ("S",), "metres"),
+    "sphere_material": Field("u4", ("S",), ""),
+    "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
+    "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
+    "instruction_op": Field("i4", ("K",), "operation (kernels/bsdf/bsdf.h, isophote/materials.py)"),
+    "instruction_weight": Field("f4", ("K", 3), "RGB factor of the closure"),
+    "instruction_params": Field("f4", ("K", 11), "constants, by operation"),
+    "light_kind": Field("i4", ("L",), "LIGHT_ numbers (kernels/scene_records.h)"),
+    "light_to_world": Field("f8", ("L", 3, 4), "unit axes and place, relative to origin; shines along -z"),
+    "light_strength": Field("f8", ("L", 3), "colour times power: W, W/m^2 for suns"),
+    "light_size": Field("f8", ("L", 2), "radius (point, spot), full angle in radians (sun), full sizes (area)"),
+    "light_spot": Field("f8", ("L", 2), "full cone angle in radians, blend 0..1"),
+    "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS"),
+    "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
+    "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
+}
+
+
+class SceneError(ValueError):
+    """A scene, or a scene file, that cannot be used; the message names the thing."""
+
+
+@dataclass
+class Scene:
+    """Arrays by name (see FIELDS), the names of things for messages, and notes on what was left out.
+
+    `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names.
+    `notes` is a list of dicts {"kind", "name", "what"}: one for each node, light or object that was
+    approximated or left out.
+    """
+
+    arrays: dict[str, np.ndarray]
+    names: dict[str, list[str]] = field(default_factory=dict)
+    notes: list[dict] = field(default_factory=list)
+
+    def __getattr__(self, name):
+        try:
+            return self.__dict__["arrays"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def name_of(self, group: str, index: int) -> str:
+        """The name of a thing for messages, or its number where it has none."""
+        names = self.names.get(group, [])
+        return names[index] if index < len(names) else f"{group}[{index}]"
+
+    @property
+    def content_hash(self) -> str:
+        """SHA-256 over all arrays: equal scenes have equal hashes, whatever their names."""
+        digest = hashlib.sha256(f"isophote scene {FORMAT}".encode())
+        for name in FIELDS:
+            array = np.ascontiguousarray(self.arrays[name])
+            digest.update(f"{name}{array.shape}".encode())
+            digest.update(array.tobytes())
+        return digest.hexdigest()
+
+
+def make_scene(names: dict | None = None, notes: list | None = None, **arrays) -> Scene:
+    """Build a scene from the arrays given; those left out are empty. Shapes and types are checked.
+
+    Raises SceneError naming the array that does not fit.
+    """
+    unknown = set(arrays) - set(FIELDS)
+    if unknown:
+        raise SceneError(f"unknown scene arrays: {', '.join(sorted(unknown))}")
+    made, counts = {}, {}
+    for name, spec in FIELDS.items():
+        value = arrays.get(name)
+        if value is None:
+            value = np.zeros([0 if n == name_of_count(n) else 1 if isinstance(n, str) else n for n in spec.shape])
+        made[name] = checked(name, spec, value, counts)
+    return Scene(made, dict(names or {}), list(notes or []))
+
+
+def name_of_count(n):
+    """'T' for 'T' and None for 'T+1' or a number: whether a dimension may be empty."""
+    return n if isinstance(n, str) and not n.endswith("+1") else None
+
+
+def checked(name: str, spec: Field, value, counts: dict) -> np.ndarray:
+    """The value as an array of the field's type and shape; counts collects what each letter stands for."""
+    try:
+        array = np.ascontiguousarray(value, dtype=spec.dtype).reshape(np.shape(value))
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"scene array {name}: {error}") from None
+    if array.ndim != len(spec.shape):
+        raise SceneError(f"scene array {name}: shape {array.shape}, wanted {spec.shape}")
+    for size, want in zip(array.shape, spec.shape):
+        if isinstance(want, str):
+            letter, plus = want[0], want.endswith("+1")
+            want = counts.setdefault(letter, size - plus) + plus
+        if size != want:
+            raise SceneError(f"scene array {name}: shape {array.shape}, wanted {spec.shape} with {counts}")
+    return array
+
+
+def save_scene(scene: Scene, path: str | Path) -> None:
+    """Write a scene as .npz (uncompressed: loading is a copy)."""
+    text = json.dumps({"format": FORMAT, "names": scene.names, "notes": scene.notes})
+    with open(path, "wb") as file:
+        np.savez(file, isophote=np.array(text), **scene.arrays)
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Read a scene written by save_scene. Raises SceneError naming the file where it is none."""
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            if "isophote" not in data:
+                raise SceneError(f"{path}: a .npz file, but no Isophote scene")
+            head = json.loads(str(data["isophote"]))
+            if head.get("format") != FORMAT:
+                raise SceneError(f"{path}: scene format {head.get('format')}, this version reads {FORMAT}")
+            arrays = {name: data[name] for name in FIELDS if name in data}
+    except FileNotFoundError:
+        raise SceneError(f"{path}: no such file") from None
+    except (OSError, ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
+        if isinstance(error, SceneError):
+            raise
+        raise SceneError(f"{path}: not a readable scene file ({error})") from None
+    missing = set(FIELDS) - set(arrays)
+    if missing:
+        raise SceneError(f"{path}: scene without {', '.join(sorted(missing))}")
+    return make_scene(head["names"], head["notes"], **arrays)

@@ -1,0 +1,239 @@
+"""A render from scene to film: prepare once, then step by step until the samples, the time or the user say stop."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from isophote.device import Device, DeviceError, open_device
+from isophote.film import Film, FilmError
+from isophote.passes import check_passes, planes_for
+from isophote.scene import Scene, SceneError
+from isophote.schedule import Region, WorkItem, choose_step, next_samples
+from isophote.settings import Settings
+from isophote.statistics import ImageError, image_error
+from isophote.validate import clean, validate
+
+ERROR_SHARE = 0.05  # of the render's time that may go into estimating its error
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a render stands. `error` is the picture's relative error (statistics.image_error), None while unknown.
+
+    `why_stopped` is "" while it goes on, then "samples", "time" or "cancelled". `seconds` counts from
+    the first step, set-up left out; `remaining` is an estimate, None before the first sample;
+    `samples_per_second` counts camera paths: samples times pixels.
+    """
+
+    samples_done: int
+    samples_total: int
+    seconds: float
+    remaining: float | None
+    error: float | None
+    samples_per_second: float
+    why_stopped: str
+
+
+class Session:
+    """One render. `film` holds whatever was rendered, also after an error or a cancel.
+
+    A `film` given is rendered on from where it ends: settings.samples count from its first sample.
+    A `device` given is used and not opened; the session closes it either way. Raises SceneError for a
+    scene that cannot be rendered, DeviceError for a device that cannot be opened, FilmError for a film
+    of another region or kind, ValueError for settings that do not fit.
+    """
+
+    def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None):
+        started = time.perf_counter()
+        self.settings, self.device = settings, device
+        self._cancel = threading.Event()
+        self._started: float | None = None
+        self._seconds = 0.0
+        self._own_samples = 0  # rendered by this session, without those of a film that it was given
+        self._sample_seconds = 0.0
+        self._error: ImageError | None = None
+        self._error_due, self._error_at = 0.0, -1
+        self.why_stopped = ""
+        problems = validate(scene)
+        errors = [str(problem) for problem in problems if problem.severity == "error"]
+        if errors:
+            raise SceneError("; ".join(errors))
+        self.region = checked_region(scene, settings)
+        planes = planes_for(check_passes(settings.passes))
+        self.film = film or Film(self.region, planes)
+        if self.film.region != self.region or self.film.planes < planes:
+            raise FilmError(f"the film is of region {self.film.region} with {self.film.planes} planes; "
+                            f"the render needs {self.region} with {planes}")
+        self.scene_hash = scene.content_hash
+        cleaned, dropped = clean(scene)
+        warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
+                    for problem in problems if problem.severity == "warning"]
+        self.notes: list[dict] = list(scene.notes) + dropped + warnings
+        if self.device is None:
+            self.device = open_device(settings.device, settings)
+        from isophote.prepare import prepare  # needs the native module, which a scene with errors should not
+
+        self.prepared = prepare(cleaned)
+        self.notes += self.prepared.notes
+        self.build_seconds = self.prepared.build_seconds
+        try:
+            self.device.upload(self.prepared)
+        except DeviceError as error:
+            self.fall_back(error)
+        self.setup_seconds = time.perf_counter() - started - self.build_seconds - self.device.compile_seconds
+
+    def cancel(self) -> None:
+        """Stop soon, from any thread; the whole samples that are done stay in the film."""
+        self._cancel.set()
+
+    def cancelled(self) -> bool:
+        """What devices ask: the user's cancel, or the end of the time once there is a sample to show."""
+        limit = self.settings.time_limit
+        late = limit > 0.0 and self.film.samples > 0 and self.elapsed() >= limit
+        return late or self._cancel.is_set()
+
+    def elapsed(self) -> float:
+        return 0.0 if self._started is None else time.perf_counter() - self._started
+
+    def step(self) -> Progress:
+        """Render the next item into the film. Raises DeviceError where the CPU fails too; the film stays good."""
+        if self._started is None:
+            self._started = time.perf_counter()
+        if not self.why_stopped:
+            self.why_stopped = self.reason_to_stop()
+        if not self.why_stopped:
+            self.render_item()
+            self.why_stopped = self.reason_to_stop()
+            self._seconds = self.elapsed()
+        return self.progress()
+
+    def run(self, callback: Callable[[Progress], None] | None = None) -> Progress:
+        """Step to the end, calling back after each step."""
+        while True:
+            progress = self.step()
+            if callback:
+                callback(progress)
+            if progress.why_stopped:
+                return progress
+
+    @property
+    def end(self) -> int:
+        return self.film.first + self.settings.samples
+
+    def reason_to_stop(self) -> str:
+        if self.film.end >= self.end:
+            return "samples"
+        if self._cancel.is_set():
+            return "cancelled"
+        return "time" if self.cancelled() else ""
+
+    def render_item(self) -> None:
+        film = self.film
+        step = choose_step(self._sample_seconds)
+        if self.settings.time_limit > 0.0 and self._sample_seconds > 0.0:
+            left = self.settings.time_limit - self.elapsed()
+            step = min(step, max(1, int(left / self._sample_seconds)))
+        item = WorkItem(self.region, film.end, next_samples(film.first, film.end, self.end, step))
+        before = time.perf_counter()
+        try:
+            added = self.device.render(item, self.settings, film.open, self.cancelled)
+            if not 0 <= added <= item.samples or (added < item.samples and not self.cancelled()):
+                raise DeviceError(f"{self.device.name} gave {added} of {item.samples} samples without being cancelled")
+        except DeviceError as error:
+            self.fall_back(error)
+            return
+        if added:
+            self._sample_seconds = (time.perf_counter() - before) / added
+        self._own_samples += added
+        film.add_samples(added)
+
+    def fall_back(self, error: DeviceError) -> None:
+        """Go on on the CPU with the same film, and say so. Raises the error where it is the CPU that failed."""
+        failed = self.device
+        if failed.kind == "openmp":
+            raise error
+        self.notes.append({"kind": "device", "name": failed.name,
+                           "what": f"failed after {self.film.samples} samples, the render went on on the CPU: {error}"})
+        try:
+            failed.close()
+        except DeviceError as closing:
+            self.notes.append({"kind": "device", "name": failed.name, "what": f"could not be closed: {closing}"})
+        self.settings = replace(self.settings, device="openmp")
+        self.device = open_device("openmp", self.settings)
+        self.device.upload(self.prepared)
+        self._sample_seconds = 0.0
+
+    def error(self, fresh: bool = False) -> ImageError | None:
+        """The picture's error; estimated anew where `fresh`, else when that costs little of the render's time."""
+        now = time.perf_counter()
+        if self._error_at != self.film.end and (fresh or now >= self._error_due):
+            self._error, self._error_at = image_error(self.film), self.film.end
+            cost = time.perf_counter() - now
+            self._error_due = now + cost / ERROR_SHARE
+        return self._error
+
+    def progress(self) -> Progress:
+        estimate = self.error(fresh=bool(self.why_stopped))
+        return Progress(self.film.samples, self.settings.samples, self._seconds, self.remaining(),
+                        estimate.value if estimate else None, self.samples_per_second(), self.why_stopped)
+
+    def remaining(self) -> float | None:
+        """Seconds to the end of the samples or of the time, whichever comes first; None while unknown."""
+        if self.why_stopped:
+            return 0.0
+        left = [self.settings.time_limit - self.elapsed()] if self.settings.time_limit > 0.0 else []
+        if self._own_samples:
+            left.append((self.end - self.film.end) * self._seconds / self._own_samples)
+        return max(0.0, min(left)) if left else None
+
+    def samples_per_second(self) -> float:
+        height, width = self.film.shape
+        return self._own_samples * width * height / self._seconds if self._seconds > 0.0 else 0.0
+
+    def result(self) -> dict:
+        """What `isophote render --json` prints. `strict` is True or the reason why the bits are not strict's."""
+        estimate = self.error(fresh=True)
+        precision = self.settings.precision
+        height, width = self.film.shape
+        return {
+            "device": self.device.name,
+            "driver": self.device.driver,
+            "width": width,
+            "height": height,
+            "samples": self.film.samples,
+            "setup_seconds": self.setup_seconds,
+            "build_seconds": self.build_seconds,
+            "compile_seconds": self.device.compile_seconds,
+            "render_seconds": self._seconds,
+            "samples_per_second": self.samples_per_second(),
+            "error": estimate.value if estimate else None,
+            "error_interval": [estimate.low, estimate.high] if estimate else None,
+            "why_stopped": self.why_stopped,
+            "precision": precision,
+            "strict": self.device.strict if precision == "strict" else f"precision is {precision}",
+            "seed": self.settings.seed,
+            "scene_hash": self.scene_hash,
+            "notes": self.notes,
+        }
+
+    def close(self) -> None:
+        """Close the device. The film stays."""
+        self.device.close()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+
+def checked_region(scene: Scene, settings: Settings) -> Region:
+    """The region to render, the full frame by default. Raises ValueError where it is not inside the frame."""
+    width, height = (int(n) for n in scene.resolution)
+    x0, y0, x1, y1 = settings.region or (0, 0, width, height)
+    if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
+        raise ValueError(f"region {settings.region} does not lie in the frame of {width}x{height} pixels")
+    return x0, y0, x1, y1

@@ -1,0 +1,47 @@
+"""What a user can choose about a render. Immutable; the defaults stand here and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+PRECISIONS = ("strict", "fast", "reference")
+
+# What may change between two parts of one film: how far and how fast, not what each sample is.
+NOT_OF_THE_SAMPLES = ("samples", "time_limit", "device", "threads", "passes")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of one render. Bounce limits count as Cycles counts them (0: direct light only)."""
+
+    samples: int = 128
+    time_limit: float = 0.0  # seconds, 0: none
+    seed: int = 0
+    precision: str = "strict"
+    device: str = "openmp"  # openmp, opencl or opencl:N
+    threads: int = 0  # 0: all cores
+    max_bounces: int = 12
+    diffuse_bounces: int = 4
+    glossy_bounces: int = 4
+    transmission_bounces: int = 12
+    transparent_bounces: int = 8
+    clamp_direct: float = 0.0  # 0: off
+    clamp_indirect: float = 0.0
+    filter_width: float = 1.5  # pixels, Blackman-Harris
+    film_transparent: bool = False
+    passes: tuple[str, ...] = ("combined", "error")
+    region: tuple[int, int, int, int] | None = None  # x0, y0, x1, y1 in pixels from the lower left
+
+    def __post_init__(self):
+        if self.precision not in PRECISIONS:
+            raise ValueError(f"precision {self.precision!r}: one of {', '.join(PRECISIONS)}")
+        for name in ("samples", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
+                     "transparent_bounces", "threads", "seed"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} is {getattr(self, name)}: it cannot be negative")
+        if self.samples < 1:
+            raise ValueError("samples is 0: at least 1 is needed")
+
+    def fingerprint(self) -> dict:
+        """The settings on which the value of a sample depends, by name: films that differ here do not merge."""
+        return {name: value for name, value in asdict(self).items() if name not in NOT_OF_THE_SAMPLES}

@@ -1,0 +1,273 @@
+"""The one place that says what is wrong with a scene. Kernels trust what passed.
+
+`validate` names every problem; `clean` drops what a render can do without (non-finite or zero-area
+triangles, instances, spheres, lights) and says so. What is left of severity "error" stops the render.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from isophote.flatten import flattened, matrix_ranks
+from isophote.materials import OPERATIONS
+from isophote.scene import Scene
+
+MATERIAL_SLOTS = 1 << 16  # per mesh
+LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
+CAMERA_KINDS = 2
+CHUNK = 1 << 15  # triangles looked at at once, so that temporaries stay in the cache
+
+
+@dataclass(frozen=True)
+class Problem:
+    """`severity` is "error" (no render), "dropped" (clean leaves the thing out) or "warning"; `thing` names it."""
+
+    severity: str
+    thing: str
+    what: str
+
+    def __str__(self):
+        return f"{self.thing}: {self.what}"
+
+
+def validate(scene: Scene) -> list[Problem]:
+    """Every problem of a scene, errors first. Vectorised: about 0.1 s for a million triangles."""
+    problems = camera_problems(scene) + index_problems(scene) + material_problems(scene)
+    if not any(problem.severity == "error" for problem in problems):  # the rest indexes with what was just checked
+        problems += geometry_problems(scene) + light_problems(scene) + world_problems(scene)
+    order = {"error": 0, "dropped": 1, "warning": 2}
+    return sorted(problems, key=lambda problem: order[problem.severity])
+
+
+def clean(scene: Scene) -> tuple[Scene, list[dict]]:
+    """The scene without what validate calls "dropped", and notes {"kind", "name", "what"} on it.
+
+    Expects a scene without errors. Instances squashed flat become meshes of their own (flatten.py);
+    instances of meshes without triangles go too, without a word. The same scene comes back where
+    there is nothing to do.
+    """
+    whole, scene = scene, flattened(scene, matrix_ranks(scene))
+    notes = [{"kind": "geometry", "name": problem.thing, "what": problem.what}
+             for problem in geometry_problems(scene) + light_problems(scene) if problem.severity == "dropped"]
+    triangles = bad_triangles(scene)
+    first = scene.mesh_triangles.astype(np.int64)
+    left = np.diff(np.append(0, np.cumsum(~triangles))[first])
+    instances = bad_instances(scene) | (left[scene.instance_mesh] == 0)
+    if scene is whole and not notes and not instances.any():
+        return scene, []
+    arrays, names = dict(scene.arrays), dict(scene.names)
+    drop_triangles(arrays, triangles)
+    drop_rows(arrays, names, "instances", "instance_", instances)
+    drop_rows(arrays, names, "spheres", "sphere_", bad_spheres(scene))
+    drop_rows(arrays, names, "lights", "light_", bad_lights(scene))
+    return replace(scene, arrays=arrays, names=names), notes
+
+
+def drop_rows(arrays: dict, names: dict, group: str, prefix: str, bad: np.ndarray) -> None:
+    if not bad.any():
+        return
+    for name in arrays:
+        if name.startswith(prefix):
+            arrays[name] = arrays[name][~bad]
+    if names.get(group):
+        names[group] = [name for name, is_bad in zip(names[group], bad, strict=False) if not is_bad]
+
+
+def drop_triangles(arrays: dict, bad: np.ndarray) -> None:
+    """Leave out triangles, with the corner normals of those that have them, keeping the meshes' numbers."""
+    if not bad.any():
+        return
+    first, normals = arrays["mesh_triangles"].astype(np.int64), arrays["mesh_normals"].astype(np.int64)
+    counts = np.diff(first)
+    new_first = np.concatenate([[0], np.cumsum(~bad)])[first]
+    smooth = normals >= 0
+    if smooth.any():
+        entry = np.arange(len(bad)) + np.repeat(normals - first[:-1], counts)
+        arrays["normals"] = arrays["normals"][entry[np.repeat(smooth, counts) & ~bad]]
+        before = np.cumsum(np.where(smooth, np.diff(new_first), 0))
+        arrays["mesh_normals"] = np.where(smooth, np.append(0, before[:-1]), -1).astype(np.int32)
+    arrays["triangles"] = arrays["triangles"][~bad]
+    arrays["triangle_slots"] = arrays["triangle_slots"][~bad]
+    arrays["mesh_triangles"] = new_first.astype(np.uint32)
+
+
+def camera_problems(scene: Scene) -> list[Problem]:
+    problems = []
+    if not scene.camera_to_world.any():
+        return [Problem("error", "camera", "the scene has no camera")]
+    width, height = scene.resolution
+    if width < 1 or height < 1:
+        problems.append(Problem("error", "resolution", f"{width} x {height} pixels"))
+    if not 0 <= scene.camera_kind < CAMERA_KINDS:
+        problems.append(Problem("error", "camera", f"kind {int(scene.camera_kind)} is not known"))
+    for name in ("camera_to_world", "camera_window", "camera_clip", "origin"):
+        if not np.isfinite(scene.arrays[name]).all():
+            problems.append(Problem("error", "camera", f"{name} is not finite"))
+    if problems:
+        return problems
+    axes = scene.camera_to_world[:, :3]
+    left, right, bottom, top = scene.camera_window
+    if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-3:
+        problems.append(Problem("error", "camera", "camera_to_world is not rigid"))
+    elif not (right > left and top > bottom):
+        problems.append(Problem("error", "camera", "its window is empty"))
+    return problems
+
+
+def index_problems(scene: Scene) -> list[Problem]:
+    """Every index against what it points into; the thing that owns the first wrong one is named."""
+    a, problems = scene.arrays, []
+
+    def inside(group, array, end, into, owner=lambda row: row):
+        values = a[array]
+        if values.size and int(values.max()) >= end:
+            row = int(np.argmax(values.reshape(len(values), -1).max(axis=1)))
+            problems.append(Problem("error", scene.name_of(group, owner(row)),
+                                    f"{array} points to {into} {int(values.max())} of {end}"))
+
+    def ascending(group, array, end):
+        values = a[array].astype(np.int64)
+        if values[0] != 0 or values[-1] != end or (np.diff(values) < 0).any():
+            problems.append(Problem("error", group, f"{array} does not ascend from 0 to {end}"))
+
+    def mesh_of(triangle):
+        return int(np.searchsorted(a["mesh_triangles"], triangle, side="right")) - 1
+
+    ascending("meshes", "mesh_triangles", len(a["triangles"]))
+    ascending("materials", "material_first", len(a["instruction_op"]))
+    inside("meshes", "triangles", len(a["vertices"]), "vertex", mesh_of)
+    inside("meshes", "triangle_slots", MATERIAL_SLOTS, "slot", mesh_of)
+    inside("instances", "instance_mesh", len(a["mesh_normals"]), "mesh")
+    inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
+    inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
+    if problems:
+        return problems
+    counts = np.diff(a["mesh_triangles"].astype(np.int64))
+    smooth_end = a["mesh_normals"].astype(np.int64) + counts
+    outside = (a["mesh_normals"] >= 0) & (smooth_end > len(a["normals"]))
+    for mesh in np.flatnonzero(outside | (a["mesh_normals"] < -1)):
+        problems.append(Problem("error", scene.name_of("meshes", mesh), "its corner normals lie outside the array"))
+    slots = slots_used(a, counts)[a["instance_mesh"]] + a["instance_slots"].astype(np.int64)
+    for instance in np.flatnonzero((counts[a["instance_mesh"]] > 0) & (slots > len(a["slot_materials"]))):
+        problems.append(Problem("error", scene.name_of("instances", instance),
+                                f"its material slots reach {slots[instance]} of {len(a['slot_materials'])}"))
+    return problems
+
+
+def slots_used(arrays: dict, counts: np.ndarray) -> np.ndarray:
+    """Material slots of each mesh: the highest that its triangles use, plus 1; 0 for an empty mesh."""
+    used = np.zeros(len(counts), np.int64)
+    full = counts > 0
+    if full.any():
+        starts = arrays["mesh_triangles"][:-1][full].astype(np.int64)
+        used[full] = np.maximum.reduceat(arrays["triangle_slots"], starts) + 1
+    return used
+
+
+def material_problems(scene: Scene) -> list[Problem]:
+    ops, problems = scene.instruction_op, []
+
+    def owner(row):
+        return scene.name_of("materials", int(np.searchsorted(scene.material_first, row, side="right")) - 1)
+
+    known = np.isin(ops, [number for number, _ in OPERATIONS.values()])
+    for row in np.flatnonzero(~known)[:10]:
+        problems.append(Problem("error", owner(row), f"operation {ops[row]} is not known"))
+    finite = np.isfinite(scene.instruction_params).all(axis=1) & np.isfinite(scene.instruction_weight).all(axis=1)
+    for row in np.flatnonzero(~finite)[:10]:
+        problems.append(Problem("error", owner(row), "a constant is not finite"))
+    return problems
+
+
+def bad_triangles(scene: Scene) -> np.ndarray:
+    """Mask (T): a corner or corner normal that is not finite, or no area (float32, as the kernels see it)."""
+    bad = np.empty(len(scene.triangles), bool)
+    for first in range(0, len(bad), CHUNK):
+        rows = slice(first, first + CHUNK)
+        bad[rows] = no_area(np.take(scene.vertices, scene.triangles[rows].T, axis=0))
+    if len(scene.normals) and not np.isfinite(scene.normals).all():
+        bad |= bad_normals(scene)
+    return bad
+
+
+def no_area(corners: np.ndarray) -> np.ndarray:
+    """Mask (n) of corners float32 (3, n, 3): the cross product of two edges is zero or not finite."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        edges = (corners[1:] - corners[0]).astype(np.float64)
+        (ux, uy, uz), (vx, vy, vz) = edges[0].T, edges[1].T
+        square = (uy * vz - uz * vy) ** 2 + (uz * vx - ux * vz) ** 2 + (ux * vy - uy * vx) ** 2
+        return ~((square > 0.0) & np.isfinite(square))
+
+
+def bad_normals(scene: Scene) -> np.ndarray:
+    wrong = ~np.isfinite(scene.normals).all(axis=(1, 2))
+    first = scene.mesh_triangles.astype(np.int64)
+    bad = np.zeros(len(scene.triangles), bool)
+    for mesh in np.flatnonzero(scene.mesh_normals >= 0):
+        start, count = scene.mesh_normals[mesh], first[mesh + 1] - first[mesh]
+        bad[first[mesh]:first[mesh + 1]] = wrong[start:start + count]
+    return bad
+
+
+def bad_instances(scene: Scene) -> np.ndarray:
+    """Mask (I): a matrix that is not finite (in float32 too), or that scales everything to a line or a point.
+
+    One zero scale is no reason: a flat mesh squashed along its normal is still there.
+    """
+    return matrix_ranks(scene) < 2
+
+
+def bad_spheres(scene: Scene) -> np.ndarray:
+    with np.errstate(invalid="ignore", over="ignore"):
+        return ~(np.isfinite(scene.sphere_center.astype(np.float32)).all(axis=1)
+                 & (scene.sphere_radius.astype(np.float32) > 0.0) & np.isfinite(scene.sphere_radius.astype(np.float32)))
+
+
+def bad_lights(scene: Scene) -> np.ndarray:
+    finite = [np.isfinite(scene.arrays[name]).all(axis=tuple(range(1, scene.arrays[name].ndim)))
+              for name in ("light_to_world", "light_strength", "light_size", "light_spot")]
+    return ~np.logical_and.reduce(finite)
+
+
+def geometry_problems(scene: Scene) -> list[Problem]:
+    """What clean drops of triangles, instances and spheres: counted for each mesh, named for each other thing."""
+    problems = []
+    bad = bad_triangles(scene)
+    if bad.any():
+        first = scene.mesh_triangles.astype(np.int64)
+        before = np.concatenate([[0], np.cumsum(bad)])
+        counts = before[first[1:]] - before[first[:-1]]
+        for mesh in np.flatnonzero(counts):
+            total = first[mesh + 1] - first[mesh]
+            problems.append(Problem("dropped", scene.name_of("meshes", mesh),
+                                    f"{counts[mesh]} of {total} triangles have no area or are not finite"))
+    problems += dropped(scene, "instances", bad_instances(scene), "its matrix is not finite, or scales it to nothing")
+    problems += dropped(scene, "spheres", bad_spheres(scene), "not finite, or its radius is not above 0")
+    return problems
+
+
+def dropped(scene: Scene, group: str, bad: np.ndarray, what: str) -> list[Problem]:
+    """A problem for each name: instances share theirs by the thousand."""
+    counts = Counter(scene.name_of(group, index) for index in np.flatnonzero(bad))
+    return [Problem("dropped", name, what + (f" ({count} of that name)" if count > 1 else ""))
+            for name, count in counts.items()]
+
+
+def light_problems(scene: Scene) -> list[Problem]:
+    problems = [Problem("error", scene.name_of("lights", index), f"light kind {scene.light_kind[index]} is not known")
+                for index in np.flatnonzero((scene.light_kind < 0) | (scene.light_kind >= LIGHT_KINDS))]
+    problems += dropped(scene, "lights", bad_lights(scene), "its place, strength or size is not finite")
+    return problems
+
+
+def world_problems(scene: Scene) -> list[Problem]:
+    problems = []
+    if not np.isfinite(scene.world_radiance).all():
+        problems.append(Problem("error", "world", "its radiance is not finite"))
+    if not len(scene.instance_mesh) and not len(scene.sphere_radius):
+        dark = "" if scene.world_radiance.any() else ", and the world is black"
+        problems.append(Problem("warning", "scene", f"it is empty: only the world is rendered{dark}"))
+    return problems
