@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every difference between Blender versions, and nowhere else: 3.4 to 5.x."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from contextlib import contextmanager
+
+import bpy
+import numpy as np
+
+# ---- export: reading meshes, lights and nodes (addon/export) ------------------------------------
+
+
+def vertex_positions(mesh) -> np.ndarray:
+    """Positions of a mesh, f4 [3 V]."""
+    positions = np.empty(len(mesh.vertices) * 3, np.float32)
+    attribute = mesh.attributes.get("position")  # 3.5 and newer: a plain copy
+    if attribute is not None:
+        attribute.data.foreach_get("vector", positions)
+    else:
+        mesh.vertices.foreach_get("co", positions)
+    return positions
+
+
+def corner_vertices(mesh) -> np.ndarray:
+    """Vertex of each corner, u4 [C]."""
+    vertices = np.empty(len(mesh.loops), np.int32)
+    attribute = mesh.attributes.get(".corner_vert")  # 3.6 and newer: a plain copy
+    if attribute is not None:
+        attribute.data.foreach_get("value", vertices)
+    else:
+        mesh.loops.foreach_get("vertex_index", vertices)
+    return vertices.view(np.uint32)
+
+
+def triangle_corners(mesh, count: int) -> np.ndarray:
+    """The three corners of each of the mesh's loop triangles, i4 [3 T]."""
+    if count == len(mesh.polygons):  # nothing but triangles
+        return np.arange(3 * count, dtype=np.int32)
+    corners = np.empty(3 * count, np.int32)
+    mesh.loop_triangles.foreach_get("loops", corners)
+    return corners
+
+
+def triangle_polygons(mesh, count: int) -> np.ndarray:
+    """The polygon of each triangle, i4 [T]."""
+    polygons = np.empty(count, np.int32)
+    if hasattr(mesh, "loop_triangle_polygons"):  # 4.0 and newer: a plain copy
+        mesh.loop_triangle_polygons.foreach_get("value", polygons)
+    else:
+        mesh.loop_triangles.foreach_get("polygon_index", polygons)
+    return polygons
+
+
+def triangle_slots(mesh, count: int) -> np.ndarray:
+    """The material slot of each triangle, u4 [T]."""
+    attribute = mesh.attributes.get("material_index")  # missing where every face has slot 0
+    if attribute is None or attribute.domain != "FACE" or attribute.data_type != "INT":
+        return np.zeros(count, np.uint32)
+    slots = np.empty(len(mesh.polygons), np.int32)
+    attribute.data.foreach_get("value", slots)
+    if not slots.any():
+        return np.zeros(count, np.uint32)
+    slots = np.clip(slots, 0, 0xFFFF)
+    if count != len(slots):
+        slots = slots[triangle_polygons(mesh, count)]
+    return slots.astype(np.uint32)
+
+
+def triangle_normals(mesh, corners: np.ndarray, count: int) -> np.ndarray | None:
+    """Unit corner normals of each triangle, f4 [T, 3, 3], or None where every face is flat."""
+    if hasattr(mesh, "corner_normals"):  # 4.1 and newer
+        if mesh.normals_domain == "FACE":
+            return None
+        normals = np.empty(3 * len(mesh.loops), np.float32)
+        mesh.corner_normals.foreach_get("vector", normals)
+        return normals.reshape(-1, 3)[corners].reshape(-1, 3, 3)
+    smooth = np.empty(len(mesh.polygons), bool)
+    mesh.polygons.foreach_get("use_smooth", smooth)
+    if mesh.use_auto_smooth and (mesh.has_custom_normals or smooth.any()):
+        mesh.calc_normals_split()
+        normals = np.empty(3 * len(mesh.loops), np.float32)
+        mesh.loops.foreach_get("normal", normals)
+        return normals.reshape(-1, 3)[corners].reshape(-1, 3, 3)
+    if not smooth.any():
+        return None
+    # Without auto smooth a corner has its vertex' normal, or its face's where that is flat.
+    normals = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertex_normals.foreach_get("vector", normals)
+    normals = normals.reshape(-1, 3)[corner_vertices(mesh)[corners]].reshape(-1, 3, 3)
+    if not smooth.all():
+        faces = np.empty(3 * len(mesh.polygons), np.float32)
+        mesh.polygon_normals.foreach_get("vector", faces)
+        polygons = triangle_polygons(mesh, count)
+        flat = ~smooth[polygons]
+        normals[flat] = faces.reshape(-1, 3)[polygons[flat]][:, None, :]
+    return normals
+
+
+def casts_shadow(light) -> bool:
+    """Whether Cycles lets a lamp cast shadows: a property of its own until 4.1, Blender's since."""
+    cycles = getattr(light, "cycles", None)
+    return bool(getattr(cycles, "cast_shadow", True)) if hasattr(cycles, "cast_shadow") else bool(light.use_shadow)
+
+
+def soft_falloff(light) -> bool:
+    """Whether Cycles draws a point or spot lamp as a disk that faces each shading point: always before 4.2."""
+    return bool(getattr(light, "use_soft_falloff", True))
+
+
+def light_factor(light) -> np.ndarray:
+    """Colour temperature times exposure, f8 [3]; 1 in versions that have neither (before 4.5)."""
+    factor = np.ones(3)
+    if getattr(light, "use_temperature", False):
+        factor *= np.array(light.temperature_color, dtype=np.float64)[:3]
+    return factor * 2.0 ** float(getattr(light, "exposure", 0.0))
+
+
+def uses_nodes(data) -> bool:
+    """Whether a material, light or world has a node tree in use (5.0 and newer: where it has one)."""
+    if data.node_tree is None:
+        return False
+    if bpy.app.version >= (5, 0, 0) and not isinstance(data, bpy.types.Light):
+        return True  # asking for use_nodes is deprecated there
+    return bool(data.use_nodes)
+
+
+# ---- the render engine and its panels (addon/*.py) ----------------------------------------------
+
+
+def frame_border(render, resolution) -> tuple[int, int, int, int]:
+    """The part of the frame that is rendered, x0, y0, x1, y1 in pixels from the lower left, cut as Blender cuts it.
+
+    Blender multiplies in float32 and drops the fraction (RE_InitState, all versions so far).
+    """
+    width, height = (int(n) for n in resolution)
+    if not render.use_border:
+        return 0, 0, width, height
+    ends = np.array([render.border_min_x, render.border_min_y, render.border_max_x, render.border_max_y], np.float32)
+    x0, y0, x1, y1 = (ends * np.array([width, height, width, height], np.float32)).astype(int).tolist()
+    return x0, y0, x1, y1
+
+
+def set_pass(render_pass, values: np.ndarray) -> None:
+    """Copy float32 (h, w, c) into a pass: flat for newer versions, (h w, c) for those before 4.0."""
+    values = np.ascontiguousarray(values, np.float32)
+    flat = bpy.app.version >= (4, 0, 0)
+    render_pass.rect.foreach_set(values.ravel() if flat else values.reshape(-1, values.shape[-1]))
+
+
+def shadow_switch(light):
+    """(owner, name) of the switch for a lamp's shadow, None where this version has none."""
+    cycles = getattr(light, "cycles", None)
+    if hasattr(cycles, "cast_shadow"):
+        return cycles, "cast_shadow"
+    return (light, "use_shadow") if hasattr(light, "use_shadow") else None
+
+
+_interrupt = threading.Event()
+
+
+@contextmanager
+def catch_interrupts():
+    """Ctrl-C ends a render in good order in the bpy module too, where Blender has no handler for it."""
+    _interrupt.clear()
+    if bpy.app.binary_path or threading.current_thread() is not threading.main_thread():
+        yield  # the program turns Ctrl-C into RenderEngine.test_break
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: _interrupt.set())
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def interrupted() -> bool:
+    """Whether Ctrl-C was pressed since catch_interrupts began."""
+    return _interrupt.is_set()

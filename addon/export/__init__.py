@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's evaluated scene as a Scene of flat numpy arrays. bpy ends here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isophote.scene import Scene, make_scene
+
+from .camera import export_camera, resolution_of
+from .instances import Gatherer
+from .light import join_lights
+from .mesh import join_meshes
+from .notes import Notes
+from .world import world_radiance
+
+__all__ = ["export_scene"]
+
+
+def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera=None) -> Scene:
+    """Everything that the dependency graph shows, as a Scene with the names of things and notes.
+
+    `depsgraph` is evaluated for rendering (as RenderEngine.render gets it) or for the viewport; its
+    view layer is the one exported. `resolution` (width, height in pixels) and `camera` (an Object)
+    stand in for the scene's own. Raises SceneError, naming the scene, where there is no camera.
+    """
+    notes = Notes()
+    scene = depsgraph.scene_eval
+    camera = camera or scene.camera
+    if camera is not None:
+        camera = camera.evaluated_get(depsgraph)
+    resolution = resolution or resolution_of(scene.render)
+    arrays, origin = export_camera(scene, camera, resolution, notes)
+    if scene.render.use_motion_blur:
+        notes.add("scene", scene.name, "motion blur is not supported: left out")
+    gatherer = Gatherer(depsgraph, origin, notes)
+    gatherer.gather()
+    arrays |= {"origin": origin, "world_radiance": world_radiance(scene, notes)}
+    arrays |= join_meshes(gatherer.meshes) | join_lights(gatherer.lamps)
+    arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_programs(gatherer.programs)
+    names = {
+        "meshes": [mesh.name for mesh in gatherer.meshes],
+        "instances": [instance[4] for instance in gatherer.instances],
+        "spheres": [sphere[4] for sphere in gatherer.spheres],
+        "materials": gatherer.material_names,
+        "lights": [lamp.name for lamp in gatherer.lamps],
+    }
+    return make_scene(names, notes.entries, **arrays)
+
+
+def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
+    if not gatherer.instances:
+        return {}
+    meshes, matrices, slots, visibility, _ = zip(*gatherer.instances)
+    return {
+        "instance_mesh": np.array(meshes, np.uint32),
+        "instance_to_world": np.stack(matrices),
+        "instance_slots": np.array(slots, np.uint32),
+        "instance_visibility": np.array(visibility, np.uint32),
+        "slot_materials": np.array(gatherer.slots, np.uint32),
+    }
+
+
+def join_spheres(spheres: list[tuple]) -> dict[str, np.ndarray]:
+    if not spheres:
+        return {}
+    centres, radii, materials, visibility, _ = zip(*spheres)
+    return {
+        "sphere_center": np.stack(centres),
+        "sphere_radius": np.array(radii, np.float64),
+        "sphere_material": np.array(materials, np.uint32),
+        "sphere_visibility": np.array(visibility, np.uint32),
+    }
+
+
+def join_programs(programs: list[list[tuple]]) -> dict[str, np.ndarray]:
+    """Instructions of all materials, one after the other; a material without any is black."""
+    arrays = {"material_first": np.cumsum([0] + [len(p) for p in programs]).astype(np.uint32)}
+    instructions = [i for program in programs for i in program]
+    if instructions:
+        operations, weights, params = zip(*instructions)
+        arrays["instruction_op"] = np.array(operations, np.int32)
+        arrays["instruction_weight"] = np.array(weights, np.float32)
+        arrays["instruction_params"] = np.array(params, np.float32)
+    return arrays

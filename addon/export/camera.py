@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The camera: a rigid frame, a window and clip distances.
+
+The window follows Blender's view plane (BKE_camera_params_compute_viewplane): the sensor fits the
+longer side in AUTO, the shift is counted in the fitted side, and pixels may be oblong.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isophote.scene import SceneError
+
+KINDS = {"PERSP": 0, "ORTHO": 1}
+
+
+def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """(scene arrays of the camera, origin in Blender's world, f8 [3]).
+
+    `scene` and `camera` are evaluated; `resolution` is (width, height) in pixels.
+    Raises SceneError where there is no camera.
+    """
+    if camera is None or camera.type != "CAMERA":
+        raise SceneError(f"no camera in scene '{scene.name}'")
+    data = camera.data
+    if data.type not in KINDS:
+        notes.add("camera", camera.name, f"{data.type.lower()} cameras are not supported: rendered as perspective")
+    if data.dof.use_dof:
+        notes.add("camera", camera.name, "depth of field is not supported: everything is in focus")
+    matrix = np.array(camera.matrix_world, dtype=np.float64)
+    arrays = {
+        "resolution": np.array(resolution, dtype=np.int32),
+        "camera_kind": np.int32(KINDS.get(data.type, 0)),
+        "camera_to_world": np.concatenate([make_rigid(matrix, camera.name, notes), np.zeros((3, 1))], axis=1),
+        "camera_window": make_window(data, scene.render, resolution),
+        "camera_clip": np.array([data.clip_start, data.clip_end], dtype=np.float64),
+    }
+    return arrays, matrix[:3, 3].copy()
+
+
+def make_rigid(matrix: np.ndarray, name: str, notes) -> np.ndarray:
+    """Unit, orthogonal axes of a camera's matrix, f8 [3, 3]: scale does not count, mirroring does.
+
+    Raises SceneError where an axis has no length.
+    """
+    axes = matrix[:3, :3]
+    lengths = np.linalg.norm(axes, axis=0)
+    if not np.all(np.isfinite(matrix)) or np.any(lengths == 0.0):
+        raise SceneError(f"camera '{name}' has a matrix with zero scale or values that are not finite")
+    axes = axes / lengths
+    x, y, z = axes.T
+
+    # Plain sums, not BLAS: the same bits from every version of numpy.
+    def dot(a, b):
+        return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+    if max(abs(dot(x, y)), abs(dot(y, z)), abs(dot(z, x))) > 1e-4:
+        notes.add("camera", name, "its matrix is sheared: the shear is left out")
+    x = x - z * dot(z, x)
+    x = x / np.sqrt(dot(x, x))
+    up = np.cross(z, x)
+    return np.stack([x, up if dot(up, y) >= 0.0 else -up, z], axis=1)
+
+
+def make_window(data, render, resolution) -> np.ndarray:
+    """left, right, bottom, top at distance 1 (perspective) or in metres (orthographic), f8 [4]."""
+    width, height = resolution
+    stretch = render.pixel_aspect_y / render.pixel_aspect_x  # height of a pixel, its width being 1
+    tall = height * stretch
+    fit = data.sensor_fit
+    if fit == "AUTO":
+        fit = "HORIZONTAL" if width >= tall else "VERTICAL"
+    side = width if fit == "HORIZONTAL" else tall
+    if data.type == "ORTHO":
+        extent = data.ortho_scale
+    else:
+        # AUTO measures the sensor's width, whichever side it fits.
+        sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+        extent = sensor / data.lens
+    unit = extent / side
+    x, y = data.shift_x * side, data.shift_y * side
+    return np.array([x - 0.5 * width, x + 0.5 * width, y - 0.5 * tall, y + 0.5 * tall], dtype=np.float64) * unit
+
+
+def resolution_of(render) -> tuple[int, int]:
+    """Width and height of the full frame in pixels, as Blender rounds them."""
+    part = render.resolution_percentage / 100.0
+    return max(1, int(render.resolution_x * part)), max(1, int(render.resolution_y * part))

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Closures and the order in which they stand in a material's program, and the parameters nodes share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from isophote.materials import make_instruction
+
+from .nodes import Values, find_input, source_of
+
+CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
+
+
+@dataclass
+class Closure:
+    """One closure of a program; `coat` holds the parameters of the layer_specular above it, if any."""
+
+    operation: str
+    weight: np.ndarray
+    params: dict = field(default_factory=dict)
+    coat: dict | None = None
+
+
+def arrange(closures: list[Closure], values: Values | None) -> list[tuple]:
+    """Instructions in order: closures under no coat first, then those under one, after it.
+
+    A program has one layer weight, so one coat: where several coats are mixed, the closures under
+    the lighter ones are weakened by their coat's normal reflectance instead, which is noted.
+    """
+    kept = [replace(c, weight=np.maximum(c.weight, 0.0)) for c in closures]
+    kept = [c for c in kept if c.weight.mean() >= CUTOFF]
+    coats = []
+    for closure in kept:
+        if closure.coat is not None and closure.coat not in coats:
+            coats.append(closure.coat)
+    if len(coats) > 1:
+        values.note("mixes several coated shaders: all but one are layered approximately")
+        kept = [uncoat(c) if c.coat is not None and c.coat != coats[0] else c for c in kept]
+    program = [make_instruction(c.operation, c.weight, **c.params) for c in kept if c.coat is None]
+    coated = [c for c in kept if c.coat is not None]
+    if coated:
+        program.append(make_instruction("layer_specular", (1.0, 1.0, 1.0), **coated[0].coat))
+        program += [make_instruction(c.operation, c.weight, **c.params) for c in coated]
+    return program
+
+
+def uncoat(closure: Closure) -> Closure:
+    reflectance = ((closure.coat["ior"] - 1.0) / (closure.coat["ior"] + 1.0)) ** 2
+    return replace(closure, weight=closure.weight * (1.0 - reflectance), coat=None)
+
+
+MULTISCATTER = {"GGX": 0.0, "SHARP": 0.0, "MULTI_GGX": 1.0}
+
+
+def roughness(values, node, stack) -> float:
+    """Blender's roughness (its square is GGX' alpha), 0 for the distribution SHARP of versions before 4.0."""
+    if getattr(node, "distribution", "") == "SHARP":
+        return 0.0
+    return min(max(values.number(node, stack, "Roughness"), 0.0), 1.0)
+
+
+def multiscatter(values, node) -> float:
+    kind = getattr(node, "distribution", "GGX")
+    if kind not in MULTISCATTER:
+        values.note(f"{node.name}: distribution {kind.lower()} is not supported: rendered as GGX")
+    return MULTISCATTER.get(kind, 0.0)
+
+
+def ior(values, node, stack) -> float:
+    return max(values.number(node, stack, "IOR"), 1e-5)
+
+
+def rgb(name: str, color) -> dict[str, float]:
+    return {f"{name}_{c}": float(v) for c, v in zip("rgb", color)}
+
+
+def note_normal(values, node) -> None:
+    socket = find_input(node, "Normal")
+    if socket is not None and socket.is_linked:
+        source = source_of(socket).node
+        if source is not None and source.bl_idname != "ShaderNodeNewGeometry":
+            values.note(f"{source.name} ({source.bl_idname}) into {node.name}, Normal: not supported, left out")
+
+
+def note_unless(values, node, stack, name, neutral, what) -> None:
+    """Note `what` where an optional input exists and is not at the value at which it does nothing."""
+    if find_input(node, name) is not None and abs(values.number(node, stack, name) - neutral) > 1e-6:
+        values.note(f"{node.name}, {name}: {what}")

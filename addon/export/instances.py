@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Objects and instances: what the dependency graph shows, each mesh once, each appearance an instance.
+
+Collections, vertices, faces, particles and geometry nodes all arrive through
+depsgraph.object_instances, so that there is one loop for everything.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .light import Lamp, export_light
+from .material import material_program
+from .mesh import MeshArrays, export_mesh
+
+RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
+        ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
+RAY_CAMERA = 1
+
+WITH_MESH = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+LEFT_OUT = {
+    "CURVES": "hair curves are not supported: left out",
+    "POINTCLOUD": "point clouds are not supported: left out",
+    "VOLUME": "volumes are not supported: left out",
+    "GPENCIL": "grease pencil is not supported: left out",
+    "GREASEPENCIL": "grease pencil is not supported: left out",
+}
+
+
+class Gatherer:
+    """Collects meshes, instances, spheres, materials and lamps while the dependency graph is walked."""
+
+    def __init__(self, depsgraph, origin: np.ndarray, notes):
+        self.depsgraph, self.origin, self.notes = depsgraph, origin, notes
+        self.view_layer = depsgraph.view_layer_eval
+        self.override = getattr(self.view_layer, "material_override", None)
+        self.meshes: list[MeshArrays] = []
+        self.lamps: list[Lamp] = []
+        self.programs: list[list[tuple]] = []
+        self.material_names: list[str] = []
+        self.slots: list[int] = []
+        self.instances: list[tuple] = []  # (mesh, matrix, first slot, visibility, name)
+        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name)
+        self._mesh_of: dict = {}  # key of the evaluated data -> mesh, None where it has no faces
+        self._needed: list[int] = []  # slots that each mesh uses
+        self._material_of: dict = {}
+        self._slots_of: dict[tuple, int] = {}
+
+    def gather(self) -> None:
+        """Walk over everything that the dependency graph shows."""
+        for instance in self.depsgraph.object_instances:
+            ob = instance.object
+            self.note_extras(instance, ob)
+            if not instance.show_self:
+                continue
+            if ob.type == "LIGHT":
+                self.add_lamp(instance, ob)
+            elif ob.type in WITH_MESH:
+                self.add_object(instance, ob)
+            elif ob.type in LEFT_OUT:
+                self.notes.add("object", ob.name, LEFT_OUT[ob.type])
+
+    def add_lamp(self, instance, ob) -> None:
+        visibility = self.visibility(instance, ob)
+        matrix = np.array(instance.matrix_world, dtype=np.float64)
+        lamp = export_light(ob, matrix, self.origin, visibility, self.notes)
+        if lamp is not None:
+            self.lamps.append(lamp)
+
+    def add_object(self, instance, ob) -> None:
+        visibility = self.visibility(instance, ob)
+        if visibility == 0:
+            return
+        if is_sphere(ob):
+            self.add_sphere(instance, ob, visibility)
+            return
+        mesh = self.mesh_of(ob)
+        if mesh is None:
+            return
+        matrix = np.array(instance.matrix_world, dtype=np.float64)[:3]
+        matrix[:, 3] -= self.origin
+        self.instances.append((mesh, matrix, self.slots_of(ob, self._needed[mesh]), visibility, ob.name))
+
+    def add_sphere(self, instance, ob, visibility: int) -> None:
+        """An analytic sphere around the centre of the bounding box, half the longest world side in radius."""
+        matrix = np.array(instance.matrix_world, dtype=np.float64)
+        box = np.array([corner[:] for corner in ob.bound_box], dtype=np.float64)
+        low, high = box.min(axis=0), box.max(axis=0)
+        sides = (high - low) * np.linalg.norm(matrix[:3, :3], axis=0)
+        if sides.max() - sides.min() > 1e-3 * sides.max():
+            self.notes.add("object", ob.name, "rendered as a sphere, but its sides differ: the longest counts")
+        centre = (matrix[:3, :3] * (0.5 * (low + high))).sum(axis=1) + matrix[:3, 3] - self.origin
+        material = self.slot_list(ob)[0]
+        self.spheres.append((centre, 0.5 * sides.max(), material, visibility, ob.name))
+
+    def mesh_of(self, ob) -> int | None:
+        """Index of the evaluated data's mesh, exported when it is first met."""
+        data = ob.data
+        if data is None:
+            return None
+        key = (data.as_pointer(), None)
+        if ob.type != "MESH" and (ob.type == "META" or len(ob.modifiers)):
+            key = (data.as_pointer(), ob.original.as_pointer())  # the data are shared before the modifiers
+        if key not in self._mesh_of:
+            arrays = export_mesh(ob, self.depsgraph)
+            self._mesh_of[key] = None if arrays is None else len(self.meshes)
+            if arrays is not None:
+                self.meshes.append(arrays)
+                self._needed.append(int(arrays.slots.max()) + 1)
+        return self._mesh_of[key]
+
+    def slots_of(self, ob, needed: int) -> int:
+        """First entry in slot_materials of an object's slots; equal lists are kept once."""
+        slots = self.slot_list(ob)
+        # Faces with a higher slot than the object has take the last one, as in Cycles.
+        slots = tuple(slots[: max(needed, 1)]) + (slots[-1],) * (needed - len(slots))
+        if slots not in self._slots_of:
+            self._slots_of[slots] = len(self.slots)
+            self.slots += slots
+        return self._slots_of[slots]
+
+    def slot_list(self, ob) -> list[int]:
+        if self.override is not None:
+            return [self.material_of(self.override)]
+        return [self.material_of(slot.material) for slot in ob.material_slots] or [self.material_of(None)]
+
+    def material_of(self, material) -> int:
+        key = None if material is None else material.original.as_pointer()
+        if key not in self._material_of:
+            self._material_of[key] = len(self.programs)
+            self.programs.append(material_program(material, self.notes))
+            self.material_names.append("default" if material is None else material.name)
+        return self._material_of[key]
+
+    def visibility(self, instance, ob) -> int:
+        """RAY_ bits: the object's, and for an instance its instancer's too."""
+        mask = sum(bit for name, bit in RAYS if getattr(ob, name))
+        top = instance.parent if instance.is_instance else ob
+        if top is None:
+            return mask
+        if instance.is_instance:
+            mask &= sum(bit for name, bit in RAYS if getattr(top, name))
+        if top.original.indirect_only_get(view_layer=self.depsgraph.view_layer):
+            mask &= ~RAY_CAMERA
+        return mask
+
+    def note_extras(self, instance, ob) -> None:
+        """What an object has besides its surface and that is left out."""
+        if ob.is_shadow_catcher and ob.type != "LIGHT":
+            self.notes.add("object", ob.name, "shadow catchers are not supported: rendered as a usual object")
+        if not instance.is_instance and (ob.is_holdout or ob.original.holdout_get(view_layer=self.depsgraph.view_layer)):
+            self.notes.add("object", ob.name, "holdouts are not supported: rendered as a usual object")
+        linking = getattr(ob, "light_linking", None)
+        if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+            self.notes.add("object", ob.name, "light linking is not supported: left out")
+        if instance.show_particles:
+            for system in ob.particle_systems:
+                if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                    self.notes.add("object", ob.name, f"hair of {system.name} is not supported: left out")
+
+
+def is_sphere(ob) -> bool:
+    """The add-on's "render as sphere", or a custom property of that name."""
+    settings = getattr(ob, "isophote", None)
+    return bool(getattr(settings, "as_sphere", False)) or bool(ob.get("isophote_as_sphere", False))

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Materials as programs: a shader graph becomes a short list of weighted closures.
+
+Node types are dispatched by the table SHADERS. Mix and Add Shader fold into the weights; closures
+whose weight is zero are dropped; a shader that is not supported names itself in a note.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import compat
+from .closures import Closure, arrange, ior, multiscatter, note_normal, note_unless, rgb, roughness
+from .nodes import Values, find_input, source_of
+from .principled import principled
+
+DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
+
+
+def material_program(material, notes) -> list[tuple]:
+    """The instructions (isophote.materials.make_instruction) of a bpy Material, or of None."""
+    if material is None:
+        return arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))], None)
+    values = Values("material", material.name, notes)
+    if not compat.uses_nodes(material):
+        # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
+        return arrange([Closure("diffuse", np.array(material.diffuse_color[:3], dtype=np.float64))], values)
+    return arrange(surface_closures(material.node_tree, values), values)
+
+
+def surface_closures(tree, values: Values) -> list[Closure]:
+    """Closures of the output that Cycles would use."""
+    output = tree.get_output_node("CYCLES")
+    if output is None:
+        values.note("no active output for this engine: rendered black")
+        return []
+    for name in ("Volume", "Displacement"):
+        if output.inputs[name].is_linked and source_of(output.inputs[name]).node is not None:
+            values.note(f"{output.name}: {name.lower()} is not supported: left out")
+    surface = find_input(output, "Surface")
+    if source_of(surface).node is None and output.inputs["Volume"].is_linked:
+        return [Closure("transparent", np.ones(3))]  # a volume's boundary does not show
+    return closures_of(values, surface, (), 1.0)
+
+
+def closures_of(values: Values, socket, stack, weight: float) -> list[Closure]:
+    """The closures that feed a shader input, times a weight."""
+    source = source_of(socket, stack)
+    if source.node is None or weight <= 0.0:
+        return []
+    shader = SHADERS.get(source.node.bl_idname)
+    if shader is None:
+        values.note(f"{source.node.name} ({source.node.bl_idname}): not supported, left out")
+        return []
+    return shader(values, source.node, source.stack, weight)
+
+
+# --- shader nodes ----------------------------------------------------------------------------------
+# Each takes (values, node, stack, weight) and returns closures.
+
+
+def mix_shader(values, node, stack, weight):
+    factor = min(max(values.number(node, stack, "Fac"), 0.0), 1.0)
+    first = closures_of(values, node.inputs[1], stack, weight * (1.0 - factor))
+    return first + closures_of(values, node.inputs[2], stack, weight * factor)
+
+
+def add_shader(values, node, stack, weight):
+    return closures_of(values, node.inputs[0], stack, weight) + closures_of(values, node.inputs[1], stack, weight)
+
+
+def diffuse(values, node, stack, weight):
+    note_normal(values, node)
+    if values.number(node, stack, "Roughness") != 0.0:
+        values.note(f"{node.name}: Oren-Nayar roughness is not supported: rendered Lambertian")
+    return [Closure("diffuse", weight * values.color(node, stack, "Color"))]
+
+
+def glossy(values, node, stack, weight):
+    note_normal(values, node)
+    note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
+    params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
+    return [Closure("glossy", weight * values.color(node, stack, "Color"), params)]
+
+
+def refraction(values, node, stack, weight):
+    note_normal(values, node)
+    multiscatter(values, node)  # for its note
+    params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack)}
+    return [Closure("refraction", weight * values.color(node, stack, "Color"), params)]
+
+
+def glass(values, node, stack, weight):
+    note_normal(values, node)
+    note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
+    params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack),
+              "multiscatter": multiscatter(values, node)}
+    return [Closure("glass", weight * values.color(node, stack, "Color"), params)]
+
+
+def metallic(values, node, stack, weight):
+    """Metallic BSDF of 4.3 and newer; its physical conductor becomes an F82 metal of equal normal reflectance."""
+    note_normal(values, node)
+    note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
+    if node.fresnel_type == "F82":
+        f0, f82 = values.color(node, stack, "Base Color"), values.color(node, stack, "Edge Tint")
+    else:
+        values.note(f"{node.name}: physical conductor: approximated by its reflectance at normal incidence")
+        n, k = values.color(node, stack, "IOR"), values.color(node, stack, "Extinction")
+        f0, f82 = ((n - 1) ** 2 + k ** 2) / ((n + 1) ** 2 + k ** 2), np.ones(3)
+    params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
+    params |= rgb("f0", np.clip(f0, 0.0, 1.0)) | rgb("f82", np.clip(f82, 0.0, 1.0))
+    return [Closure("metal", np.full(3, weight), params)]
+
+
+def transparent(values, node, stack, weight):
+    return [Closure("transparent", weight * values.color(node, stack, "Color"))]
+
+
+def emission(values, node, stack, weight):
+    color = values.color(node, stack, "Color") * values.number(node, stack, "Strength")
+    if np.any(color < 0.0):
+        values.note(f"{node.name}: negative emission is left out")
+    return [Closure("emission", weight * color)]
+
+
+def black(values, node, stack, weight):
+    """Background in a surface: Cycles draws nothing there."""
+    return []
+
+
+def as_diffuse(values, node, stack, weight):
+    values.note(f"{node.name} ({node.bl_idname}): not supported, rendered as Diffuse")
+    return [Closure("diffuse", weight * values.color(node, stack, "Color", "Base Color"))]
+
+
+SHADERS = {
+    "ShaderNodeMixShader": mix_shader,
+    "ShaderNodeAddShader": add_shader,
+    "ShaderNodeBsdfDiffuse": diffuse,
+    "ShaderNodeBsdfGlossy": glossy,
+    "ShaderNodeBsdfAnisotropic": glossy,
+    "ShaderNodeBsdfRefraction": refraction,
+    "ShaderNodeBsdfGlass": glass,
+    "ShaderNodeBsdfMetallic": metallic,
+    "ShaderNodeBsdfTransparent": transparent,
+    "ShaderNodeBsdfPrincipled": principled,
+    "ShaderNodeEmission": emission,
+    "ShaderNodeBackground": black,
+    "ShaderNodeBsdfTranslucent": as_diffuse,
+    "ShaderNodeBsdfVelvet": as_diffuse,
+    "ShaderNodeBsdfSheen": as_diffuse,
+    "ShaderNodeBsdfToon": as_diffuse,
+    "ShaderNodeBsdfHair": as_diffuse,
+    "ShaderNodeBsdfHairPrincipled": as_diffuse,
+    "ShaderNodeSubsurfaceScattering": as_diffuse,
+    "ShaderNodeEeveeSpecular": as_diffuse,
+}

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluated meshes as arrays: positions, triangles, slots and, where the mesh is smooth, corner normals.
+
+Only foreach_get into numpy, and only the calls that a mesh needs: no slots are read where there is one
+material, no normals where every face is flat.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import compat
+
+
+@dataclass
+class MeshArrays:
+    """One mesh, object space. `normals` is None for flat meshes."""
+
+    name: str
+    vertices: np.ndarray  # f4 [V, 3]
+    triangles: np.ndarray  # u4 [T, 3]
+    slots: np.ndarray  # u4 [T]
+    normals: np.ndarray | None  # f4 [T, 3, 3]
+
+
+def export_mesh(ob, depsgraph) -> MeshArrays | None:
+    """Triangulate what an evaluated object looks like; None where it has no faces.
+
+    Works for meshes, curves, surfaces, text and metaballs: whatever to_mesh() gives a mesh for.
+    """
+    try:
+        mesh = ob.to_mesh()
+    except RuntimeError:  # an object type without a mesh
+        return None
+    if mesh is None:
+        return None
+    try:
+        return read_mesh(mesh, ob.data.name if ob.data else ob.name)
+    finally:
+        ob.to_mesh_clear()
+
+
+def read_mesh(mesh, name: str) -> MeshArrays | None:
+    """Arrays of a bpy Mesh, None where it has no faces."""
+    if len(mesh.polygons) == 0:
+        return None
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    if count == 0:
+        return None
+    corners = compat.triangle_corners(mesh, count)
+    return MeshArrays(
+        name=name,
+        vertices=compat.vertex_positions(mesh).reshape(-1, 3),
+        triangles=compat.corner_vertices(mesh)[corners].reshape(-1, 3).astype(np.uint32, copy=False),
+        slots=compat.triangle_slots(mesh, count),
+        normals=compat.triangle_normals(mesh, corners, count),
+    )
+
+
+def join_meshes(meshes: list[MeshArrays]) -> dict[str, np.ndarray]:
+    """Concatenate meshes into the scene's arrays (isophote/scene.py, FIELDS)."""
+    if not meshes:
+        return {"mesh_triangles": np.zeros(1, np.uint32)}
+    first_vertex = np.cumsum([0] + [len(m.vertices) for m in meshes])
+    smooth = [m.normals is not None for m in meshes]
+    first_normal = np.cumsum([0] + [len(m.triangles) if s else 0 for m, s in zip(meshes, smooth)])
+    arrays = {
+        "vertices": np.concatenate([m.vertices for m in meshes]),
+        "triangles": np.concatenate([m.triangles + np.uint32(v) for m, v in zip(meshes, first_vertex)]),
+        "triangle_slots": np.concatenate([m.slots for m in meshes]),
+        "mesh_triangles": np.cumsum([0] + [len(m.triangles) for m in meshes]).astype(np.uint32),
+        "mesh_normals": np.where(smooth, first_normal[:-1], -1).astype(np.int32),
+    }
+    if any(smooth):
+        arrays["normals"] = np.concatenate([m.normals for m in meshes if m.normals is not None])
+    return arrays

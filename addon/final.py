@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A final render of one view layer: export, prepare, step, show, finish.
+
+Everything that touches bpy happens in the thread that Blender calls; preparing and rendering happen
+in a worker, so that a cancel is seen within POLL seconds whatever the device is doing.
+"""
+
+from __future__ import annotations
+
+import time
+import traceback
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+
+import bpy
+
+from isophote.device import DeviceError
+from isophote.film import FilmError
+from isophote.passes import make_passes
+from isophote.scene import SceneError
+from isophote.session import Progress, Session
+
+from . import log, native
+from .compat import catch_interrupts, frame_border, interrupted
+from .export import export_scene
+from .result import OpenResult, mark_failed
+from .settings import make_settings
+
+POLL = 0.05  # seconds between looks at Blender's Esc key
+SHOW_SHARE = 0.1  # of the render's time that may go into showing it
+EXPECTED = (SceneError, DeviceError, FilmError, ValueError, MemoryError)
+
+
+class Cancelled(Exception):
+    """The user stopped the render before there was a picture."""
+
+
+def render(engine, depsgraph) -> None:
+    """What Blender calls for each view layer. Errors end in a message and a picture that is no picture."""
+    layer = depsgraph.view_layer_eval.name
+    try:
+        with catch_interrupts():
+            render_layer(engine, depsgraph)
+    except Cancelled:
+        log.line("cancelled before the first sample")
+    except Exception as error:
+        if not isinstance(error, EXPECTED):
+            traceback.print_exc()
+        message = str(error) or type(error).__name__
+        if isinstance(error, MemoryError):
+            message = f"out of memory: {message}"
+        log.line(f"error: {message}")
+        engine.report({"ERROR"}, f"Isophote: {message}")
+        engine.error_set(f"Isophote: {message}")
+        mark_failed(engine, depsgraph.scene_eval, layer)
+
+
+def render_layer(engine, depsgraph) -> None:
+    """Render the depsgraph's view layer into the engine's result. Raises one of EXPECTED, or Cancelled."""
+    problem = native.problem()
+    if problem:
+        raise DeviceError(problem)
+    blender_scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    if blender_scene.render.use_multiview:
+        raise SceneError(f"scene '{blender_scene.name}' uses stereoscopy, which is not supported")
+    engine.update_stats("", "Isophote: exporting")
+    started = time.perf_counter()
+    scene = export_scene(depsgraph)
+    export_seconds = time.perf_counter() - started
+    region = frame_border(blender_scene.render, scene.resolution)
+    settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
+    with ThreadPoolExecutor(1, "isophote") as worker:
+        engine.update_stats("", "Isophote: preparing")
+        session = prepared(engine, worker.submit(Session, scene, settings))
+        with session:
+            shown = [] if engine.is_preview else log.notes(session.notes)
+            finish = render_session(engine, worker, session, view_layer.name)
+            if not engine.is_preview:
+                log.notes(session.notes, shown)
+                log.finished(session.result(), export_seconds)
+        if finish:
+            raise finish
+
+
+def prepared(engine, future: Future) -> Session:
+    """The session when it is ready. After a cancel it is closed as soon as it is, and nobody waits."""
+    if not waited(engine, future):
+        future.add_done_callback(lambda done: None if done.exception() else done.result().close())
+        raise Cancelled
+    return future.result()
+
+
+def waited(engine, future: Future) -> bool:
+    """Wait for the worker; False as soon as the user wants to stop."""
+    while not future.done():
+        if engine.test_break() or interrupted():
+            return False
+        wait([future], timeout=POLL)
+    return True
+
+
+def render_session(engine, worker, session: Session, layer: str) -> Exception | None:
+    """Step to the end and show what comes. An error of the device is returned after what was rendered is kept."""
+    x0, y0, x1, y1 = session.region
+    with OpenResult(engine, x1 - x0, y1 - y0, layer) as result:
+        failure, due, stopped = None, 0.0, False
+        while not stopped:
+            future = worker.submit(session.step)
+            if not waited(engine, future):
+                session.cancel()
+            try:
+                progress = future.result()
+            except EXPECTED as error:
+                failure = error
+                break
+            stopped = bool(progress.why_stopped)
+            now = time.perf_counter()
+            # Nobody watches in the background; elsewhere showing shall cost little of the time.
+            if not stopped and now >= due:
+                if not bpy.app.background:
+                    result.show(make_passes(session.film, ("combined",)))
+                report(engine, progress, session.settings.time_limit)
+                cost = time.perf_counter() - now
+                due = now + cost + max(cost / SHOW_SHARE, 1.0 if bpy.app.background else 0.0)
+        if session.film.samples:
+            result.show(make_passes(session.film, session.settings.passes))
+            result.stamp(log.stamp_fields(session.result(), partial=bool(failure)))
+    if failure and session.film.samples:
+        message = f"{failure}; the {session.film.samples} samples that were done are kept"
+        log.line(f"error: {message}")
+        engine.report({"ERROR"}, f"Isophote: {message}")
+        return None
+    if not failure and not session.film.samples:
+        return Cancelled()
+    return failure
+
+
+def report(engine, progress: Progress, time_limit: float) -> None:
+    """Tell Blender how far it is."""
+    done = progress.samples_done / progress.samples_total
+    if time_limit > 0.0:
+        done = max(done, progress.seconds / time_limit)
+    engine.update_progress(min(done, 1.0))
+    engine.update_stats("", log.progress_line(progress))

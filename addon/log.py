@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the add-on says: lines in the log that begin with `Isophote:`, progress, and stamps in pictures."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from isophote.session import Progress
+
+NAMED = 3  # things that a grouped note names
+
+
+def line(text: str) -> None:
+    print(f"Isophote: {text}", flush=True)
+
+
+def notes(entries: list[dict], shown: list[str] | None = None) -> list[str]:
+    """Log a line for each note that is not among `shown`, those that say the same joined; all lines come back."""
+    lines = note_lines(entries)
+    for text in lines:
+        if not shown or text not in shown:
+            line(f"note: {text}")
+    return lines
+
+
+def note_lines(entries: list[dict]) -> list[str]:
+    """"light 'Lamp': what" for each note; where more than NAMED things share one, they share a line."""
+    groups: dict[tuple, list[str]] = defaultdict(list)
+    for entry in entries:
+        groups[entry["kind"], entry["what"]].append(entry["name"])
+    lines = []
+    for (kind, what), names in groups.items():
+        if len(names) > NAMED:
+            quoted = ", ".join(f"'{name}'" for name in names[:NAMED])
+            lines.append(f"{kind} {quoted} and {len(names) - NAMED} more: {what}")
+        else:
+            lines += [f"{kind} '{name}': {what}" for name in names]
+    return lines
+
+
+def percent(error: float | None) -> str:
+    return "unknown" if error is None else f"{100.0 * error:.3g} %"
+
+
+def progress_line(progress: Progress) -> str:
+    """For the status line of the image editor."""
+    parts = [f"Sample {progress.samples_done}/{progress.samples_total}"]
+    if progress.remaining is not None:
+        minutes, seconds = divmod(int(progress.remaining + 0.5), 60)
+        parts.append(f"Remaining {minutes}:{seconds:02d}")
+    if progress.error is not None:
+        parts.append(f"Error {percent(progress.error)}")
+    return " | ".join(parts)
+
+
+def finished(result: dict, export_seconds: float) -> None:
+    """The last line of a render; `result` is Session.result()."""
+    stopped = "" if result["why_stopped"] == "samples" else f", stopped by {result['why_stopped'] or 'an error'}"
+    strict = result["strict"] if isinstance(result["strict"], str) else "strict"
+    line(
+        f"device {result['device']}, {result['samples']} samples, {result['samples_per_second']:.4g} samples/s, "
+        f"error {percent(result['error'])}, export {export_seconds:.2f} s, build {result['build_seconds']:.2f} s, "
+        f"compile {result['compile_seconds']:.2f} s, render {result['render_seconds']:.2f} s, {strict}{stopped}"
+    )
+
+
+def stamp_fields(result: dict, partial: bool) -> dict[str, str]:
+    """Metadata of the picture, by field name."""
+    return {
+        "isophote:device": result["device"],
+        "isophote:driver": result["driver"],
+        "isophote:samples": str(result["samples"]),
+        "isophote:error": percent(result["error"]),
+        "isophote:precision": result["precision"],
+        "isophote:strict": result["strict"] if isinstance(result["strict"], str) else "yes",
+        "isophote:seed": str(result["seed"]),
+        "isophote:scene": result["scene_hash"],
+        "isophote:partial": "yes" if partial or result["why_stopped"] == "cancelled" else "no",
+        "isophote:left_out": "; ".join(note_lines(result["notes"])) or "nothing",
+    }

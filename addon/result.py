@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passes into Blender's render result."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isophote.passes import PASSES
+
+from .compat import frame_border, set_pass
+from .export.camera import resolution_of
+
+# Passes that Blender switches on and off itself, by our name; the others are this add-on's.
+BUILTIN = {"depth": "use_pass_z", "normal": "use_pass_normal", "position": "use_pass_position"}
+OWN = ("albedo", "sample_count", "error")
+TYPES = {"X": "VALUE", "RGB": "COLOR"}
+FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
+FAILED_SQUARE = 16  # pixels
+
+
+def wanted_passes(view_layer) -> tuple[str, ...]:
+    """Names, as in isophote.passes, of what a view layer asks for."""
+    builtin = [name for name, flag in BUILTIN.items() if getattr(view_layer, flag)]
+    own = [name for name in OWN if getattr(view_layer.isophote, name)]
+    return ("combined", *builtin, *own)
+
+
+def register_passes(engine, scene, view_layer) -> None:
+    """Tell Blender (its compositor, its files) which passes a view layer will have."""
+    engine.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
+    for name in wanted_passes(view_layer):
+        if name in OWN:
+            entry = PASSES[name]
+            engine.register_pass(
+                scene, view_layer, entry.blender_name, len(entry.channels), entry.channels, TYPES[entry.channels]
+            )
+
+
+class OpenResult:
+    """A view layer's render result, open from the first chunk to the last: one begin, many updates, one end."""
+
+    def __init__(self, engine, width: int, height: int, layer: str):
+        self.engine = engine
+        self.result = engine.begin_result(0, 0, width, height, layer=layer)
+
+    def show(self, planes: dict[str, np.ndarray]) -> None:
+        """Copy planes, "Pass" -> float32 (h, w, c), into the result and let Blender draw it."""
+        passes = self.result.layers[0].passes
+        for name, values in planes.items():
+            if name not in passes:
+                channels = next(entry.channels for entry in PASSES.values() if entry.blender_name == name)
+                self.engine.add_pass(name, len(channels), channels, layer=self.result.layers[0].name)
+            set_pass(passes[name], values)
+        self.engine.update_result(self.result)
+
+    def stamp(self, fields: dict[str, str]) -> None:
+        """Write metadata that Blender stores in the picture's file."""
+        for name, value in fields.items():
+            self.result.stamp_data_add_field(name, value)
+
+    def __enter__(self) -> OpenResult:
+        return self
+
+    def __exit__(self, kind, *_) -> None:
+        self.engine.end_result(self.result, cancel=kind is not None)
+
+
+def mark_failed(engine, scene, layer: str) -> None:
+    """Fill a view layer with a chequer that nobody takes for a picture: Blender saves a file even after an error."""
+    x0, y0, x1, y1 = frame_border(scene.render, resolution_of(scene.render))
+    rows, columns = np.indices((y1 - y0, x1 - x0)) // FAILED_SQUARE
+    chequer = np.zeros((y1 - y0, x1 - x0, 4), np.float32)
+    chequer[(rows + columns) % 2 == 0] = FAILED_COLOUR
+    chequer[..., 3] = 1.0
+    with OpenResult(engine, x1 - x0, y1 - y0, layer) as result:
+        result.show({"Combined": chequer})

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exports a .blend file to Isophote's .npz, inside Blender or the bpy module.
+
+    blender -b FILE --python addon/run_export.py -- OUT.npz [--frame N] [--size WxH]
+    python addon/run_export.py FILE OUT.npz [--frame N] [--size WxH]
+
+A RenderEngine that only exports is registered and asked to render, because that is the way to get
+Blender's dependency graph as evaluated for rendering (render levels of modifiers, hide_render).
+Prints one line, ISOPHOTE-EXPORT and a JSON object; exits with 1 after an error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+import traceback
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from addon.export import export_scene  # noqa: E402
+from isophote.scene import save_scene  # noqa: E402
+
+
+class Exporter(bpy.types.RenderEngine):
+    """Exports each view layer that is rendered; the first one counts."""
+
+    bl_idname = "ISOPHOTE_EXPORT"
+    bl_label = "Isophote export"
+    scenes: list = []
+    errors: list = []
+
+    def render(self, depsgraph):
+        try:
+            start = time.perf_counter()
+            scene = export_scene(depsgraph)
+            self.scenes.append((scene, time.perf_counter() - start))
+        except Exception as error:  # Blender would print it and go on
+            traceback.print_exc()
+            self.errors.append(str(error) or type(error).__name__)
+
+
+def parse(arguments: list[str], with_file: bool) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="run_export.py", description="Export a .blend file to .npz.")
+    if with_file:
+        parser.add_argument("file")
+    parser.add_argument("out")
+    parser.add_argument("--frame", type=int)
+    parser.add_argument("--size", help="WIDTHxHEIGHT in pixels")
+    return parser.parse_args(arguments)
+
+
+def run(options: argparse.Namespace) -> dict:
+    """Set up the scene, export it and write OUT; what is printed comes back. Raises what goes wrong."""
+    if getattr(options, "file", None):
+        bpy.ops.wm.open_mainfile(filepath=options.file)
+    scene = bpy.context.scene
+    render = scene.render
+    if options.size:
+        render.resolution_x, render.resolution_y = (int(n) for n in options.size.lower().split("x"))
+        render.resolution_percentage = 100
+    if options.frame is not None:
+        scene.frame_set(options.frame)
+    export_current(scene)
+    if Exporter.errors:
+        raise RuntimeError(Exporter.errors[0])
+    if not Exporter.scenes:
+        raise RuntimeError(f"scene '{scene.name}' was not exported: no view layer is on for rendering")
+    exported, seconds = Exporter.scenes[0]
+    save_scene(exported, options.out)
+    return {
+        "ok": True,
+        "error": None,
+        "seconds": round(seconds, 4),
+        "triangles": len(exported.triangles),
+        "instances": len(exported.instance_mesh),
+        "notes": len(exported.notes),
+    }
+
+
+def export_current(scene) -> None:
+    """Let Blender render the scene with the Exporter, without writing pictures or running the compositor."""
+    bpy.utils.register_class(Exporter)
+    render = scene.render
+    render.engine = Exporter.bl_idname
+    render.use_compositing = render.use_sequencer = False
+    render.use_border = render.use_multiview = False
+    bpy.ops.render.render(scene=scene.name)
+
+
+def main() -> int:
+    inside = "--" in sys.argv  # of the Blender program
+    arguments = sys.argv[sys.argv.index("--") + 1:] if inside else sys.argv[1:]
+    options = parse(arguments, with_file=not inside)
+    try:
+        result = run(options)
+    except Exception as error:
+        result = {"ok": False, "error": str(error).strip(), "seconds": 0.0, "triangles": 0, "instances": 0, "notes": 0}
+    print("ISOPHOTE-EXPORT", json.dumps(result), flush=True)
+    return 0 if result["ok"] else 1
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    os._exit(status)  # the bpy module sometimes hangs while it is torn down after a render

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's properties as the engine's Settings."""
+
+from __future__ import annotations
+
+from isophote.settings import Settings
+
+from .result import wanted_passes
+
+PREVIEW_SAMPLES = 32  # of the small pictures of materials and lights
+# Properties of scene.isophote that bear the names of settings.
+SAME = (
+    "samples",
+    "time_limit",
+    "seed",
+    "precision",
+    "max_bounces",
+    "diffuse_bounces",
+    "glossy_bounces",
+    "transmission_bounces",
+    "transparent_bounces",
+    "clamp_direct",
+    "clamp_indirect",
+    "filter_width",
+)
+
+
+def make_settings(scene, view_layer, region: tuple[int, int, int, int], preview: bool = False) -> Settings:
+    """The settings of one view layer's render. Raises ValueError for values that do not fit."""
+    own = scene.isophote
+    values = {name: getattr(own, name) for name in SAME}
+    if view_layer.samples > 0:  # Blender's override by layer
+        values["samples"] = view_layer.samples
+    if preview:
+        values["samples"] = min(values["samples"], PREVIEW_SAMPLES)
+    return Settings(
+        **values,
+        device="openmp" if preview else device_of(own),
+        threads=scene.render.threads,  # of the scene, of the machine, or of the option -t: Blender knows
+        film_transparent=scene.render.film_transparent,
+        passes=("combined",) if preview else wanted_passes(view_layer),
+        region=region,
+    )
+
+
+def device_of(own) -> str:
+    """openmp, opencl (the first that is usable) or opencl:N."""
+    if own.device == "opencl" and own.opencl_device >= 0:
+        return f"opencl:{own.opencl_device}"
+    return own.device

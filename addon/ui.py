@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine's panels."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import native
+from .compat import shadow_switch
+from .operators import ISOPHOTE_OT_copy_cycles_settings as CopyCycles
+from .operators import ISOPHOTE_OT_find_devices as FindDevices
+
+
+class PanelBase:
+    """A panel of the properties editor that belongs to this engine."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {"ISOPHOTE"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.engine in cls.COMPAT_ENGINES
+
+    def column(self):
+        """Labels left, values right, as in Blender's own panels."""
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        return self.layout.column()
+
+
+class ISOPHOTE_PT_sampling(PanelBase, bpy.types.Panel):
+    bl_label = "Sampling"
+
+    def draw(self, context):
+        column, own = self.column(), context.scene.isophote
+        problem = native.problem()
+        if problem:
+            column.label(text="This render engine cannot be used:", icon="ERROR")
+            for first in range(0, len(problem), 60):
+                column.label(text=problem[first:first + 60])
+        column.prop(own, "samples")
+        column.prop(own, "time_limit")
+        column.prop(own, "seed")
+        column.operator(CopyCycles.bl_idname)
+
+
+class ISOPHOTE_PT_device(PanelBase, bpy.types.Panel):
+    bl_label = "Device and Precision"
+
+    def draw(self, context):
+        column, own = self.column(), context.scene.isophote
+        column.prop(own, "device")
+        if own.device == "opencl":
+            column.prop(own, "opencl_device")
+            self.draw_found(column)
+        column.prop(own, "precision")
+        if own.precision == "reference" and own.device != "openmp":
+            column.label(text="Reference is for the CPU only", icon="ERROR")
+
+    def draw_found(self, column):
+        """The devices that were found, with the reason where one cannot be used."""
+        column.operator(FindDevices.bl_idname)
+        for device in FindDevices.found or ():
+            icon = "CHECKMARK" if device.usable else "ERROR"
+            column.label(text=f"{device.id}: {device.name} {device.driver} {device.why_not}", icon=icon)
+
+
+class ISOPHOTE_PT_bounces(PanelBase, bpy.types.Panel):
+    bl_label = "Bounces"
+
+    def draw(self, context):
+        column, own = self.column(), context.scene.isophote
+        column.prop(own, "max_bounces")
+        column = self.layout.column(align=True)
+        for kind in ("diffuse", "glossy", "transmission", "transparent"):
+            column.prop(own, f"{kind}_bounces")
+
+
+class ISOPHOTE_PT_clamping(PanelBase, bpy.types.Panel):
+    bl_label = "Clamping"
+    bl_parent_id = "ISOPHOTE_PT_bounces"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column, own = self.column(), context.scene.isophote
+        column.prop(own, "clamp_direct")
+        column.prop(own, "clamp_indirect")
+
+
+class ISOPHOTE_PT_film(PanelBase, bpy.types.Panel):
+    bl_label = "Film"
+
+    def draw(self, context):
+        column = self.column()
+        column.prop(context.scene.isophote, "filter_width")
+        column.prop(context.scene.render, "film_transparent", text="Transparent")
+
+
+class ISOPHOTE_PT_performance(PanelBase, bpy.types.Panel):
+    bl_label = "Performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column, render = self.column(), context.scene.render
+        column.prop(render, "threads_mode")
+        sub = column.column()
+        sub.enabled = render.threads_mode == "FIXED"
+        sub.prop(render, "threads")
+
+
+class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
+    bl_label = "Passes"
+    bl_context = "view_layer"
+
+    def draw(self, context):
+        layer = context.view_layer
+        column = self.column()
+        column.prop(layer, "use_pass_z")
+        column.prop(layer, "use_pass_normal")
+        column.prop(layer, "use_pass_position")
+        column = self.layout.column(align=True)
+        column.prop(layer.isophote, "albedo")
+        column.prop(layer.isophote, "sample_count")
+        column.prop(layer.isophote, "error")
+
+
+class ISOPHOTE_PT_object(PanelBase, bpy.types.Panel):
+    bl_label = "Isophote"
+    bl_context = "object"
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.object is not None and context.object.type == "MESH"
+
+    def draw(self, context):
+        self.column().prop(context.object.isophote, "as_sphere")
+
+
+class ISOPHOTE_PT_light(PanelBase, bpy.types.Panel):
+    bl_label = "Light"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.light is not None
+
+    def draw(self, context):
+        light = context.light
+        column = self.column()
+        self.layout.row().prop(light, "type", expand=True)
+        column = self.layout.column()
+        column.prop(light, "color")
+        column.prop(light, "energy")
+        if light.type == "SUN":
+            column.prop(light, "angle")
+        elif light.type == "AREA":
+            column.prop(light, "shape")
+            oblong = light.shape in {"RECTANGLE", "ELLIPSE"}
+            column.prop(light, "size", text="Size X" if oblong else "Size")
+            if oblong:
+                column.prop(light, "size_y", text="Y")
+        else:
+            column.prop(light, "shadow_soft_size", text="Radius")
+        switch = shadow_switch(light)
+        if switch:
+            column.prop(*switch, text="Shadow")
+
+
+CLASSES = (
+    ISOPHOTE_PT_sampling,
+    ISOPHOTE_PT_device,
+    ISOPHOTE_PT_bounces,
+    ISOPHOTE_PT_clamping,
+    ISOPHOTE_PT_film,
+    ISOPHOTE_PT_performance,
+    ISOPHOTE_PT_passes,
+    ISOPHOTE_PT_object,
+    ISOPHOTE_PT_light,
+)
