@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The add-on in real Blenders: registering, results, passes, regions, errors, cancelling."""
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+
+def read(path) -> dict[str, np.ndarray]:
+    """Every channel of every part of an EXR, (h, w) with rows from the bottom, by its full name."""
+    source = oiio.ImageInput.open(str(path))
+    assert source, f"{path}: {oiio.geterror()}"
+    channels = {}
+    part = 0
+    while source.seek_subimage(part, 0):
+        spec = source.spec()
+        data = source.read_image(part, 0, 0, spec.nchannels, "float")
+        window = np.zeros((spec.full_height, spec.full_width, spec.nchannels), np.float32)
+        window[spec.y:spec.y + spec.height, spec.x:spec.x + spec.width] = data.reshape(spec.height, spec.width, -1)
+        prefix = spec.getattribute("name") or ""
+        for index, name in enumerate(spec.channelnames):
+            # One part a pass (5.0) or all in one (before): the full name is the same.
+            channels[name if "." in name or not prefix else f"{prefix}.{name}"] = window[::-1, :, index]
+        part += 1
+    source.close()
+    return channels
+
+
+def rgba(path) -> np.ndarray:
+    channels = read(path)
+    return np.stack([channels[c] for c in "RGBA"], axis=-1)
+
+
+def test_register_and_unregister(host):
+    found, log = host.scenario("register")
+    assert found["on"] == found["again"]
+    assert found["on"]["engine"] and found["on"]["scene"] and found["on"]["object"] and found["on"]["layer"]
+    assert found["on"]["panels"] > 200
+    assert found["off"] == {"engine": False, "scene": False, "object": False, "layer": False, "panels": 0}
+    assert "Traceback" not in log
+
+
+def test_passes_of_two_view_layers(host):
+    found, log = host.scenario("passes")
+    channels = read(host.folder / "passes.exr")
+    centre = (24, 32)
+    for layer in ("ViewLayer", "Empty"):
+        for name, ids in (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Position", "XYZ"),
+                          ("Albedo", "RGB"), ("Sample Count", "X"), ("Error", "RGB")):
+            for channel in ids:
+                assert f"{layer}.{name}.{channel}" in channels, sorted(channels)
+    assert (channels["ViewLayer.Sample Count.X"] == 8).all()
+    distance = found["distance"]
+    assert distance - 2 < channels["ViewLayer.Depth.Z"][centre] < distance
+    assert channels["Empty.Depth.Z"][centre] > 100
+    normal = [channels[f"ViewLayer.Normal.{c}"][centre] for c in "XYZ"]
+    assert np.linalg.norm(normal) == pytest.approx(1, abs=0.2)
+    position = np.array([channels[f"ViewLayer.Position.{c}"][centre] for c in "XYZ"])
+    assert np.abs(position).max() == pytest.approx(1, abs=1e-3), "on the surface of the cube, in the world"
+    assert (channels["ViewLayer.Error.R"] >= 0).all() and channels["ViewLayer.Error.R"].max() > 0
+    assert "Isophote: device" in log and "error" in log
+
+
+def test_region_percentage_and_transparency(host):
+    found, _ = host.scenario("frames")
+    full, crop, region = (rgba(host.folder / f"{name}.exr") for name in ("full", "crop", "region"))
+    x0, y0, x1, y1 = (np.array(found["border"], np.float32) * np.array([97, 61, 97, 61], np.float32)).astype(int)
+    assert full.shape == (61, 97, 4)
+    assert crop.shape == (y1 - y0, x1 - x0, 4)
+    assert np.array_equal(crop, full[y0:y1, x0:x1]), "a region has the bits of the whole"
+    assert region.shape == full.shape
+    assert np.array_equal(region[y0:y1, x0:x1], crop)
+    outside = region.copy()
+    outside[y0:y1, x0:x1] = 0
+    assert not outside.any()
+    half = rgba(host.folder / "half.exr")
+    assert half.shape == (30, 48, 4)
+    assert half[0, 0].tolist() == [0, 0, 0, 0] and half[15, 24, 3] == 1
+    opaque = rgba(host.folder / "opaque.exr")
+    assert (opaque[..., 3] == 1).all()
+
+
+def test_cancel_keeps_the_picture(host):
+    found, log = host.scenario("cancel")
+    assert found["seconds"] < 0.5, log
+    assert rgba(host.folder / "cancelled.exr")[..., :3].max() > 0
+    assert "stopped by cancelled" in log
+
+
+def test_render_without_camera_fails_visibly(host):
+    found, log = host.scenario("no_camera")
+    assert "no camera" in found["failed"] + log
+    assert "Isophote: error:" in log
+    picture = host.folder / "no_camera.exr"
+    if picture.exists():
+        colours = np.unique(rgba(picture).reshape(-1, 4), axis=0)
+        assert colours.tolist() == [[0, 0, 0, 1], [1, 0, 1, 1]], "a chequer that nobody takes for a picture"
+
+
+def test_animation_from_the_command_line(host):
+    scenario = __file__.replace("test_addon.py", "scenarios/turning_cube.py")
+    done = host.run("--python", scenario, "-E", "ISOPHOTE", "-o", str(host.folder / "frame_##"), "-F", "PNG",
+                    "-s", "1", "-e", "2", "-a")
+    assert done.returncode == 0, done.stdout
+    first, second = (oiio.ImageBuf(str(host.folder / f"frame_0{n}.png")).get_pixels() for n in (1, 2))
+    assert first.shape == second.shape == (48, 64, first.shape[2])
+    assert np.abs(first - second).max() > 0.1
+    assert done.stdout.count("Isophote: device") == 2
+
+
+def test_metadata_says_how_it_was_made(host):
+    scenario = __file__.replace("test_addon.py", "scenarios/turning_cube.py")
+    done = host.run("--python", scenario, "-o", str(host.folder / "still_#"), "-F", "PNG", "-f", "1")
+    assert done.returncode == 0, done.stdout
+    spec = oiio.ImageInput.open(str(host.folder / "still_1.png")).spec()
+    fields = {attribute.name: attribute.value for attribute in spec.extra_attribs}
+    assert fields["isophote:samples"] == "8" and fields["isophote:partial"] == "no", fields
+
+
+def test_settings_come_from_cycles(host):
+    found, log = host.scenario("copy_cycles")
+    assert found.pop("result") == ["FINISHED"]
+    assert found == {"samples": 77, "time_limit": 12.5, "seed": 5, "max_bounces": 11, "diffuse_bounces": 3,
+                     "glossy_bounces": 2, "transmission_bounces": 9, "transparent_bounces": 6, "clamp_direct": 1.5,
+                     "clamp_indirect": 10.0, "filter_width": 2.5, "device": "openmp"}, log

@@ -1,0 +1,253 @@
+"""Closures: energy, reciprocity, tables, continuity, extremes, and float32 against float64."""
+
+import importlib.util
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from isophote import materials
+from tests.bsdf_cases import (Case, direction, integrated_albedo, random_directions, reflections, refractions,
+                              sampled_albedo, unit)
+from tests.kernel_lib import ROOT, CppKernels, instruction
+
+SPEC = importlib.util.spec_from_file_location("make_albedo_tables", ROOT / "tools" / "make_albedo_tables.py")
+tables_tool = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(tables_tool)
+
+ROUGHNESSES = (0.0, 0.003, 0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
+
+
+@pytest.fixture(scope="module")
+def kernels():
+    return CppKernels()
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return CppKernels(reference=True)
+
+
+# ------------------------------------------------------------------ lists
+
+
+def test_operations_have_the_numbers_of_the_kernels():
+    header = (ROOT / "kernels" / "bsdf" / "bsdf.h").read_text()
+    numbers = {name.lower(): int(number) for name, number in re.findall(r"#define OP_(\w+) (\d+)", header)}
+    assert numbers == {name: number for name, (number, _) in materials.OPERATIONS.items()}
+
+
+def test_constants_lie_where_the_kernels_read_them():
+    for name, (_, names) in materials.OPERATIONS.items():
+        path = ROOT / "kernels" / "bsdf" / f"{name}.h"
+        text = path.read_text() if path.exists() else ""
+        for constant, place in re.findall(rf"#define {name.upper()}_(\w+) (\d+)", text):
+            assert names[int(place)].startswith(constant.lower()), (name, constant)
+
+
+def test_delta_threshold_is_that_of_the_kernels():
+    header = (ROOT / "kernels" / "bsdf" / "microfacet.h").read_text()
+    assert float(re.search(r"#define DELTA_ALPHA2 REAL\((.*?)\)", header)[1]) == materials.DELTA_ALPHA2
+
+
+def test_is_delta_agrees_with_sampling(kernels):
+    """u_choice 0 reflects, where a closure can: glass's refraction is never wider than its reflection."""
+    for roughness in (0.0, 1e-4, 0.0037, 0.0038, 0.0067, 0.0068, 0.1):
+        for front, back in zip(refractions(roughness)[:3] + reflections(roughness),
+                               refractions(roughness)[3:] + reflections(roughness)):
+            deltas = [kernels.sample(case.instruction, direction(0.95)[None], np.array([[0, 0.5, 0.5]]), case.backfacing)
+                      [2][0, 0] for case in (front, back)]
+            c = front.instruction
+            assert materials.is_delta(int(c["op"][0]), c["params"][0]) == all(deltas), str(front)
+
+
+# ----------------------------------------------------------------- energy
+
+
+@pytest.mark.parametrize("roughness", ROUGHNESSES)
+def test_white_furnace_of_single_scattering(kernels, roughness):
+    cases = [*reflections(roughness, 0), *refractions(roughness, 0, iors=(1.0001, 1.45, 10.0)), Case("diffuse")]
+    for case in cases:
+        for mu in (0.005, 0.05, 0.3, 0.7, 1.0):
+            assert sampled_albedo(kernels, case, mu).max() <= 1 + 1e-4, (str(case), mu)
+
+
+@pytest.mark.parametrize("roughness", ROUGHNESSES)
+def test_white_furnace_with_multiscatter(kernels, roughness):
+    """White glossy, and white glass seen from outside, keep all energy within what interpolation costs. From inside,
+    glass keeps less, as Cycles' does (tools/make_albedo_tables.py), but never more."""
+    glossy = Case("glossy", dict(roughness=roughness, multiscatter=1))
+    for mu in (0.02, 0.05, 0.1, 0.3, 0.7, 1.0):
+        assert sampled_albedo(kernels, glossy, mu) == pytest.approx(1, abs=0.003), mu
+    for ior in (1.2, 1.45, 2.4):
+        front, back = (Case("glass", dict(roughness=roughness, multiscatter=1, ior=ior), side) for side in (0, 1))
+        for mu in (0.05, 0.1, 0.3, 0.7, 1.0):
+            assert sampled_albedo(kernels, front, mu) == pytest.approx(1, abs=0.01), (ior, mu)
+            assert sampled_albedo(kernels, back, mu).max() <= 1.01, (ior, mu)
+
+
+def test_ior_one_is_invisible(kernels):
+    rng = np.random.default_rng(5)
+    wo = random_directions(rng, 10_000)
+    for roughness in (0.0, 0.3, 1.0):
+        for name in ("glass", "refraction"):
+            params = dict(roughness=roughness, ior=1.0) | (dict(multiscatter=1) if name == "glass" else {})
+            wi, f, flags = kernels.sample(instruction(name, **params), wo, rng.random((10_000, 3)))
+            valid = flags[:, 2] == 1
+            np.testing.assert_allclose(wi[valid], -wo[valid].astype(np.float32), atol=1e-6)
+            assert np.all(flags[valid, 0] == 1)
+            if roughness == 0:
+                assert valid.all() and np.allclose(f, 1, atol=1e-6)
+
+
+# ------------------------------------------------------------ reciprocity
+
+
+@pytest.mark.parametrize("roughness", (0.05, 0.3, 1.0))
+def test_reflection_is_reciprocal(reference, roughness):
+    """Of single scattering; compensation depends on wo only, and is not."""
+    rng = np.random.default_rng(11)
+    a, b = random_directions(rng, 20_000), random_directions(rng, 20_000)
+    for case in [*reflections(roughness, 0), Case("diffuse"), *refractions(roughness, 0)]:
+        forth, _ = reference.eval(case.instruction, a, b, case.backfacing)
+        back, _ = reference.eval(case.instruction, b, a, case.backfacing)
+        np.testing.assert_allclose(forth * a[:, 2:], back * b[:, 2:], rtol=1e-8, atol=1e-300)
+
+
+@pytest.mark.parametrize("roughness", (0.05, 0.3, 1.0))
+def test_refraction_obeys_the_generalised_reciprocity(reference, roughness):
+    """Radiance over the square of the index is what refraction conserves (Veach 1997, section 5.2)."""
+    rng = np.random.default_rng(12)
+    a, b = random_directions(rng, 20_000), random_directions(rng, 20_000) * [1, 1, -1]
+    for ior in (1.1, 1.5, 3.0):
+        for name in ("refraction", "glass"):
+            c = instruction(name, roughness=roughness, ior=ior, **(dict(multiscatter=0) if name == "glass" else {}))
+            forth, _ = reference.eval(c, a, b, 0)
+            back, _ = reference.eval(c, -b, -a, 1)
+            np.testing.assert_allclose(forth * a[:, 2:], back * np.abs(b[:, 2:]) * ior**2, rtol=1e-6, atol=1e-300)
+
+
+# ----------------------------------------------------------------- tables
+
+
+@pytest.mark.parametrize("roughness", (0.25, 0.5, 0.8, 1.0))
+@pytest.mark.parametrize("mu", (0.06, 0.3, 0.9))
+def test_tables_agree_with_integrals_over_directions(reference, roughness, mu):
+    """E of the tool, and E as read from the tables (white's gain is 1/E), against the sphere's integral of f."""
+    for name, params, back in (("glossy", {}, 0), ("glass", dict(ior=1.45), 0), ("glass", dict(ior=1.45), 1),
+                               ("glass", dict(ior=2.0), 0), ("glass", dict(ior=2.0), 1)):
+        single, multi = (Case(name, params | dict(roughness=roughness, multiscatter=m), back) for m in (0, 1))
+        albedo = integrated_albedo(reference, single, mu)
+        at = np.array([mu])
+        if name == "glossy":
+            tool, counted = tables_tool.ggx_albedo(roughness, at)[0], 0.0
+        else:
+            tool, kept = (tables_tool.glass_albedo(roughness, at, single.ior, flag)[0] for flag in (False, True))
+            counted = kept - tool
+        assert tool == pytest.approx(albedo, abs=2e-3), str(single)
+        wo = direction(mu)[None]
+        values = [reference.eval(case.instruction, wo, wo * [-1, -1, 1], back)[0][0, 0] for case in (single, multi)]
+        assert values[0] / values[1] == pytest.approx(tool + counted, abs=0.008), str(single)
+
+
+def test_layer_leaves_what_the_coat_does_not_reflect(reference):
+    """At a node of the table (mu = 1, ior of z = 6/15) against an average over microfacets in closed form
+    for a smooth coat, and against sampling for a rough one."""
+    z = 6 / 15
+    ior = (1 + z * z) / (1 - z * z)
+    f0 = ((ior - 1) / (ior + 1)) ** 2
+    smooth = instruction("layer_specular", roughness=0.0, multiscatter=0, ior=ior)
+    np.testing.assert_allclose(reference.albedo(smooth, direction(1.0)[None]), 1 - f0, rtol=1e-6)
+    case = Case("specular", dict(roughness=0.4, multiscatter=1, ior=ior))
+    rough = instruction("layer_specular", **case.params)
+    kept = reference.albedo(rough, direction(0.6)[None])[0]
+    np.testing.assert_allclose(kept, 1 - sampled_albedo(reference, case, 0.6), atol=2e-3)
+
+
+def test_multiscatter_saturates_colours(reference):
+    """A tint t < 1 is applied again at every further bounce: the albedo's ratio to white falls below t."""
+    wo = direction(0.5)[None]
+    for roughness in (0.5, 1.0):
+        tinted = reference.albedo(instruction("glossy", roughness=roughness, multiscatter=1, tint_r=0.5), wo)[0]
+        assert tinted[0] < 0.5 and tinted[1] == pytest.approx(1)
+
+
+# ------------------------------------------------------- continuity, extremes
+
+
+def test_continuous_towards_the_delta(kernels):
+    """Across the threshold neither the albedo nor the direction jumps."""
+    below, above = 0.0037, 0.0038
+    assert below**4 < materials.DELTA_ALPHA2 < above**4
+    for sharp, rough in zip([*reflections(below), *refractions(below)], [*reflections(above), *refractions(above)]):
+        for mu in (0.1, 0.5, 1.0):
+            np.testing.assert_allclose(sampled_albedo(kernels, sharp, mu), sampled_albedo(kernels, rough, mu), rtol=2e-3)
+        wo, u = direction(0.5)[None], np.array([[0.5, 0.3, 0.4]])
+        directions = [kernels.sample(c.instruction, wo, u, c.backfacing)[0] for c in (sharp, rough)]
+        np.testing.assert_allclose(*directions, atol=1e-4)
+
+
+def test_albedo_changes_slowly_with_roughness(kernels):
+    for a, b in zip(np.linspace(0, 0.2, 41)[:-1], np.linspace(0, 0.2, 41)[1:]):
+        for first, second in zip([*reflections(a), *refractions(a)], [*reflections(b), *refractions(b)]):
+            difference = sampled_albedo(kernels, first, 0.4, 48) - sampled_albedo(kernels, second, 0.4, 48)
+            assert np.abs(difference).max() < 0.01, (str(first), str(second))
+
+
+roughness_values = st.one_of(st.sampled_from([0.0, 1e-4, 1e-3, 0.00376, 0.00377, 0.01, 1.0]), st.floats(0, 1))
+ior_values = st.one_of(st.sampled_from([1.0, 1 - 1e-4, 1 + 1e-4, 1 + 1e-6, 1.5, 10.0, 0.1, 100.0, 1e-5]), st.floats(0.5, 3))
+cosines = st.one_of(st.sampled_from([1e-38, 1e-20, 1e-7, 1e-4, 0.5, 1.0]), st.floats(1e-6, 1))
+random_numbers = st.one_of(st.sampled_from([0.0, 2.0**-24, 0.5, 1 - 2.0**-24]), st.floats(0, 1 - 2.0**-24))
+
+
+@settings(max_examples=400, deadline=None)
+@given(roughness=roughness_values, ior=ior_values, mu=cosines, mu_i=cosines, azimuth=st.floats(0, 6.3),
+       u=st.tuples(random_numbers, random_numbers, random_numbers), back=st.integers(0, 1),
+       multiscatter=st.integers(0, 1))
+def test_extremes_stay_finite(roughness, ior, mu, mu_i, azimuth, u, back, multiscatter):
+    kernels = extreme_kernels()
+    cases = [*reflections(roughness, multiscatter), *refractions(roughness, multiscatter, iors=(ior,)),
+             Case("specular", dict(roughness=roughness, multiscatter=multiscatter, ior=ior)),
+             Case("diffuse"), Case("transparent")]
+    wo = direction(mu, azimuth)[None]
+    for case in cases:
+        c = case.instruction
+        wi, f, flags = kernels.sample(c, wo, np.array([u]), back)
+        assert np.isfinite(wi).all() and np.isfinite(f).all() and (f >= 0).all(), str(case)
+        if flags[0, 2]:
+            assert np.linalg.norm(wi) == pytest.approx(1, abs=1e-6), str(case)
+        albedo = kernels.albedo(c, wo, back)
+        assert np.isfinite(albedo).all() and (albedo >= 0).all(), str(case)
+        for light in (wi, direction(mu_i, 0.3)[None], -direction(mu_i, 3.4)[None], -wo, wo * [-1, -1, 1]):
+            value, pdf = kernels.eval(c, wo, light, back)
+            assert np.isfinite(value).all() and (value >= 0).all() and np.isfinite(pdf).all() and (pdf >= 0).all(), str(case)
+            assert (value[pdf == 0] == 0).all(), str(case)
+
+
+def extreme_kernels(cache=[]):
+    if not cache:
+        cache.append(CppKernels())
+    return cache[0]
+
+
+# ------------------------------------------------------- float32 and float64
+
+
+@pytest.mark.parametrize("roughness, tolerance", [(0.02, 2e-2), (0.1, 1e-3), (0.4, 2e-4), (1.0, 2e-4)])
+def test_float_agrees_with_double(kernels, reference, roughness, tolerance):
+    """f/pdf of sampled directions: relative error of float32, 999 of 1000 within the tolerance."""
+    rng = np.random.default_rng(21)
+    wo = random_directions(rng, 20_000).astype(np.float32)
+    wo = unit(wo.astype(np.float64)).astype(np.float32)
+    u = rng.random((20_000, 3), np.float32)
+    for case in [*reflections(roughness), *refractions(roughness), Case("diffuse")]:
+        wi, _, flags = kernels.sample(case.instruction, wo, u, case.backfacing)
+        valid = flags[:, 2] == 1
+        (f32, p32), (f64, p64) = (k.eval(case.instruction, wo[valid], wi[valid], case.backfacing)
+                                  for k in (kernels, reference))
+        error = np.abs(p32 - p64) / np.maximum(p64, 1e-30)
+        assert np.quantile(error, 0.999) < tolerance, (str(case), "pdf")
+        error = np.abs(f32 - f64).max(axis=1) / np.maximum(f64.max(axis=1), 1e-30)
+        assert np.quantile(error, 0.999) < tolerance, (str(case), "f")

@@ -1,0 +1,166 @@
+import time
+
+import numpy as np
+import pytest
+from noise_device import tiny_scene
+
+from isophote.validate import clean, validate
+
+
+def errors(scene):
+    return [str(problem) for problem in validate(scene) if problem.severity == "error"]
+
+
+def test_a_good_scene_has_no_problems():
+    scene = tiny_scene()
+    assert validate(scene) == []
+    assert clean(scene) == (scene, [])
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    (dict(camera_to_world=np.zeros((3, 4))), "camera: the scene has no camera"),
+    (dict(camera_to_world=np.full((3, 4), np.nan)), "camera: camera_to_world is not finite"),
+    (dict(camera_to_world=2 * np.eye(3, 4)), "camera: camera_to_world is not rigid"),
+    (dict(camera_window=[1, 1, -1, 1]), "camera: its window is empty"),
+    (dict(camera_clip=[np.inf, 1]), "camera: camera_clip is not finite"),
+    (dict(camera_kind=7), "camera: kind 7 is not known"),
+    (dict(resolution=[0, 10]), "resolution: 0 x 10 pixels"),
+    (dict(triangles=[[0, 1, 3]]), "Mesh: triangles points to vertex 3 of 3"),
+    (dict(triangle_slots=[1 << 16]), "Mesh: triangle_slots points to slot 65536 of 65536"),
+    (dict(triangle_slots=[2]), "Triangle: its material slots reach 3 of 1"),
+    (dict(instance_slots=[1]), "Triangle: its material slots reach 2 of 1"),
+    (dict(instance_mesh=[5]), "Triangle: instance_mesh points to mesh 5 of 1"),
+    (dict(slot_materials=[4]), "slots[0]: slot_materials points to material 4 of 1"),
+    (dict(mesh_triangles=[1, 1]), "meshes: mesh_triangles does not ascend from 0 to 1"),
+    (dict(mesh_normals=[0]), "Mesh: its corner normals lie outside the array"),
+    (dict(material_first=[0, 2]), "materials: material_first does not ascend from 0 to 1"),
+    (dict(instruction_op=[77]), "Grey: operation 77 is not known"),
+    (dict(instruction_weight=[[np.nan, 0, 0]]), "Grey: a constant is not finite"),
+    (dict(light_kind=[5]), "Lamp: light kind 5 is not known"),
+    (dict(world_radiance=[0, np.inf, 0]), "world: its radiance is not finite"),
+])
+def test_errors_name_the_thing(changes, message):
+    assert errors(tiny_scene(**changes)) == [message]
+
+
+def test_the_owner_of_an_instruction_is_found():
+    scene = tiny_scene(material_first=[0, 1, 1, 3], instruction_op=[1, 1, 99], instruction_weight=np.ones((3, 3)),
+                       instruction_params=np.zeros((3, 11)))
+    scene.names["materials"] = ["Grey", "Empty", "Wrong"]
+    assert errors(scene) == ["Wrong: operation 99 is not known"]
+
+
+def test_an_empty_scene_renders_the_world_and_says_so():
+    scene = tiny_scene(instance_mesh=[], instance_to_world=np.zeros((0, 3, 4)), instance_slots=[],
+                       instance_visibility=[], world_radiance=[1, 1, 1])
+    (problem,) = validate(scene)
+    assert problem.severity == "warning" and "only the world is rendered" in problem.what
+    scene.arrays["world_radiance"] = np.zeros(3)
+    assert "the world is black" in validate(scene)[0].what
+
+
+def two_meshes(smooth=(True, True)):
+    """Meshes A and B of three triangles each over six vertices; corner normals number their triangle."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [2, 0, 0], [np.nan, 0, 0]])
+    good, flat, broken = [0, 1, 2], [0, 0, 1], [0, 1, 5]
+    triangles = [good, flat, [1, 3, 2], [1, 4, 3], broken, good]
+    starts, count = [], 0
+    for is_smooth in smooth:
+        starts.append(count if is_smooth else -1)
+        count += 3 * is_smooth
+    normals = np.zeros((count, 3, 3))
+    normals[..., 2] = np.arange(count)[:, None]
+    scene = tiny_scene(vertices=vertices, triangles=triangles, triangle_slots=np.arange(6), mesh_triangles=[0, 3, 6],
+                       mesh_normals=starts, normals=normals, instance_mesh=[0, 1], instance_slots=[0, 0],
+                       instance_to_world=[np.eye(3, 4)] * 2, instance_visibility=[31, 31], slot_materials=[0] * 6)
+    scene.names.update(meshes=["A", "B"], instances=["a", "b"])
+    return scene
+
+
+@pytest.mark.parametrize(("smooth", "starts", "kept"), [
+    ((True, True), [0, 2], [0, 2, 3, 5]), ((False, True), [-1, 0], [0, 2]), ((True, False), [0, -1], [0, 2]),
+    ((False, False), [-1, -1], []),
+])
+def test_bad_triangles_are_dropped_with_their_normals_and_counted(smooth, starts, kept):
+    scene, notes = clean(two_meshes(smooth))
+    assert scene.mesh_triangles.tolist() == [0, 2, 4]
+    assert scene.triangle_slots.tolist() == [0, 2, 3, 5]
+    assert scene.mesh_normals.tolist() == starts
+    assert scene.normals[:, 0, 2].tolist() == kept
+    assert [(note["name"], note["what"].split(" triangles")[0]) for note in notes] == [("A", "1 of 3"), ("B", "1 of 3")]
+    assert validate(scene) == []
+    assert all(scene.arrays[name].dtype == array.dtype for name, array in tiny_scene().arrays.items())
+
+
+def test_non_finite_normals_drop_their_triangle():
+    broken = two_meshes()
+    broken.arrays["normals"][3, 1, 0] = np.inf  # the first triangle of B
+    scene, _ = clean(broken)
+    assert scene.triangle_slots.tolist() == [0, 2, 5]
+
+
+def test_bad_instances_go_and_mirrored_ones_stay():
+    mirrored, line, far = np.eye(3, 4), np.eye(3, 4), np.eye(3, 4)
+    mirrored[0, 0] = -1
+    line[1, 1] = line[2, 2] = 0
+    far[0, 3] = 1e300  # not finite in float32
+    matrices = [np.eye(3, 4), mirrored, line, np.full((3, 4), np.nan), far, far]
+    scene = tiny_scene(instance_mesh=[0] * 6, instance_slots=[0] * 6, instance_visibility=range(6),
+                       instance_to_world=matrices)
+    scene.names["instances"] = list("abcdee")
+    cleaned, notes = clean(scene)
+    assert cleaned.instance_visibility.tolist() == [0, 1]
+    assert cleaned.names["instances"] == ["a", "b"]
+    assert [(note["name"], note["what"][-16:]) for note in notes[:2]] == [("c", "es it to nothing")] + [
+        ("d", "es it to nothing")]
+    assert notes[2]["name"] == "e" and notes[2]["what"].endswith("(2 of that name)")
+
+
+def test_instances_squashed_flat_become_meshes_of_their_own():
+    flat = np.array([[2.0, 0, 1, 5], [0, 0, 0, 7], [0, 0, 1, 9]])  # sheared, with one zero scale, along y
+    scene = two_meshes()
+    scene.arrays["vertices"][:5, 2] = [0, 3, 1, 2, 4]
+    scene.arrays["instance_to_world"] = np.array([np.eye(3, 4), flat])
+    scene.names["instances"] = ["a", "Sheet"]
+    cleaned, _ = clean(scene)
+    assert validate(cleaned) == []
+    assert cleaned.names["meshes"] == ["A", "B", "Sheet"] and cleaned.instance_mesh.tolist() == [0, 2]
+    assert np.array_equal(cleaned.instance_to_world, [np.eye(3, 4)] * 2)
+    assert cleaned.mesh_normals.tolist() == [0, 2, -1] and cleaned.mesh_triangles.tolist() == [0, 2, 4, 6]
+    assert cleaned.triangle_slots.tolist() == [0, 2, 3, 5, 3, 5]
+    before = scene.vertices[scene.triangles[[3, 5]]] @ flat[:, :3].T + flat[:, 3]
+    assert np.array_equal(cleaned.vertices[cleaned.triangles[4:]], before)
+
+
+def test_instances_of_meshes_without_triangles_go_silently():
+    scene = tiny_scene(mesh_triangles=[0, 1, 1], mesh_normals=[-1, -1], instance_mesh=[1, 0], instance_slots=[0, 0],
+                       instance_to_world=[np.eye(3, 4)] * 2, instance_visibility=[1, 2])
+    cleaned, notes = clean(scene)
+    assert cleaned.instance_visibility.tolist() == [2] and notes == []
+
+
+def test_bad_spheres_and_lights_are_dropped():
+    scene = tiny_scene(sphere_center=np.zeros((4, 3)), sphere_radius=[1, 0, -1, np.nan], sphere_material=[0] * 4,
+                       sphere_visibility=range(4), light_strength=[[np.nan, 0, 0]])
+    scene.names["spheres"] = ["one", "zero", "minus", "nan"]
+    cleaned, notes = clean(scene)
+    assert cleaned.sphere_radius.tolist() == [1.0]
+    assert len(cleaned.light_kind) == 0
+    assert [note["name"] for note in notes] == ["zero", "minus", "nan", "Lamp"]
+    assert cleaned.content_hash != scene.content_hash
+
+
+def test_a_million_triangles_take_less_than_a_fifth_of_a_second():
+    count = 1_000_000
+    scene = tiny_scene(vertices=np.random.default_rng(1).random((count // 2, 3)), triangle_slots=np.zeros(count),
+                       triangles=np.random.default_rng(2).permuted(np.arange(3 * count) % (count // 2)).reshape(-1, 3),
+                       mesh_triangles=[0, count])
+    best = min(timed(scene) for _ in range(3))
+    assert best < 0.2, f"{best:.3f} s"
+
+
+def timed(scene):
+    """Seconds of CPU time: other load does not count."""
+    started = time.process_time()
+    validate(scene)
+    return time.process_time() - started
