@@ -110,6 +110,16 @@ def soft_falloff(light) -> bool:
     return bool(getattr(light, "use_soft_falloff", True))
 
 
+def light_energy(light) -> float:
+    """Power or strength in today's units: before 4.0 an area lamp's radiance was P/4 by area, not P/pi.
+
+    Rounded as Blender's own conversion of old files rounds it.
+    """
+    if light.type == "AREA" and bpy.app.version < (4, 0, 0):
+        return float(np.float32(light.energy * (np.pi / 4.0)))
+    return light.energy
+
+
 def light_factor(light) -> np.ndarray:
     """Colour temperature times exposure, f8 [3]; 1 in versions that have neither (before 4.5)."""
     factor = np.ones(3)

@@ -22,7 +22,7 @@ from isophote.session import Progress, Session
 from . import log, native
 from .compat import catch_interrupts, frame_border, interrupted
 from .export import export_scene
-from .result import OpenResult, mark_failed
+from .result import OpenResult, mark_failed, stamp
 from .settings import make_settings
 
 POLL = 0.05  # seconds between looks at Blender's Esc key
@@ -101,7 +101,7 @@ def waited(engine, future: Future) -> bool:
 def render_session(engine, worker, session: Session, layer: str) -> Exception | None:
     """Step to the end and show what comes. An error of the device is returned after what was rendered is kept."""
     x0, y0, x1, y1 = session.region
-    with OpenResult(engine, x1 - x0, y1 - y0, layer) as result:
+    with OpenResult(engine, x1 - x0, y1 - y0, layer, session.settings.passes) as result:
         failure, due, stopped = None, 0.0, False
         while not stopped:
             future = worker.submit(session.step)
@@ -123,7 +123,8 @@ def render_session(engine, worker, session: Session, layer: str) -> Exception | 
                 due = now + cost + max(cost / SHOW_SHARE, 1.0 if bpy.app.background else 0.0)
         if session.film.samples:
             result.show(make_passes(session.film, session.settings.passes))
-            result.stamp(log.stamp_fields(session.result(), partial=bool(failure)))
+    if session.film.samples and not engine.is_preview:
+        stamp(engine, log.stamp_fields(session.result(), layer, partial=bool(failure)))
     if failure and session.film.samples:
         message = f"{failure}; the {session.film.samples} samples that were done are kept"
         log.line(f"error: {message}")

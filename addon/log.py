@@ -64,17 +64,18 @@ def finished(result: dict, export_seconds: float) -> None:
     )
 
 
-def stamp_fields(result: dict, partial: bool) -> dict[str, str]:
-    """Metadata of the picture, by field name."""
-    return {
-        "isophote:device": result["device"],
-        "isophote:driver": result["driver"],
-        "isophote:samples": str(result["samples"]),
-        "isophote:error": percent(result["error"]),
-        "isophote:precision": result["precision"],
-        "isophote:strict": result["strict"] if isinstance(result["strict"], str) else "yes",
-        "isophote:seed": str(result["seed"]),
-        "isophote:scene": result["scene_hash"],
-        "isophote:partial": "yes" if partial or result["why_stopped"] == "cancelled" else "no",
-        "isophote:left_out": "; ".join(note_lines(result["notes"])) or "nothing",
+def stamp_fields(result: dict, layer: str, partial: bool) -> dict[str, str]:
+    """Metadata of the picture, "isophote.LAYER.WHAT" as Cycles names its own; `result` is Session.result()."""
+    fields = {
+        "device": result["device"],
+        "driver": result["driver"],
+        "samples": str(result["samples"]),
+        "error": percent(result["error"]),
+        "precision": result["precision"],
+        "strict": result["strict"] if isinstance(result["strict"], str) else "yes",
+        "seed": str(result["seed"]),
+        "scene": result["scene_hash"],
+        "partial": "yes" if partial or result["why_stopped"] == "cancelled" else "no",
+        "left_out": "; ".join(note_lines(result["notes"])) or "nothing",
     }
+    return {f"isophote.{layer}.{name}": value for name, value in fields.items()}

@@ -13,7 +13,7 @@ from .export.camera import resolution_of
 # Passes that Blender switches on and off itself, by our name; the others are this add-on's.
 BUILTIN = {"depth": "use_pass_z", "normal": "use_pass_normal", "position": "use_pass_position"}
 OWN = ("albedo", "sample_count", "error")
-TYPES = {"X": "VALUE", "RGB": "COLOR"}
+TYPES = {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
 FAILED_SQUARE = 16  # pixels
 
@@ -27,42 +27,43 @@ def wanted_passes(view_layer) -> tuple[str, ...]:
 
 def register_passes(engine, scene, view_layer) -> None:
     """Tell Blender (its compositor, its files) which passes a view layer will have."""
-    engine.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
     for name in wanted_passes(view_layer):
-        if name in OWN:
-            entry = PASSES[name]
-            engine.register_pass(
-                scene, view_layer, entry.blender_name, len(entry.channels), entry.channels, TYPES[entry.channels]
-            )
+        entry = PASSES[name]
+        channels = entry.channels
+        engine.register_pass(scene, view_layer, entry.blender_name, len(channels), channels, TYPES[channels])
 
 
 class OpenResult:
-    """A view layer's render result, open from the first chunk to the last: one begin, many updates, one end."""
+    """A view layer's render result, open from the first chunk to the last: one begin, many updates, one end.
 
-    def __init__(self, engine, width: int, height: int, layer: str):
+    `passes` are names as in isophote.passes; Blender gives an open result the passes that were added before.
+    """
+
+    def __init__(self, engine, width: int, height: int, layer: str, passes: tuple[str, ...] = ()):
         self.engine = engine
+        for entry in (PASSES[name] for name in passes if name != "combined"):
+            engine.add_pass(entry.blender_name, len(entry.channels), entry.channels, layer=layer)
         self.result = engine.begin_result(0, 0, width, height, layer=layer)
 
     def show(self, planes: dict[str, np.ndarray]) -> None:
         """Copy planes, "Pass" -> float32 (h, w, c), into the result and let Blender draw it."""
         passes = self.result.layers[0].passes
         for name, values in planes.items():
-            if name not in passes:
-                channels = next(entry.channels for entry in PASSES.values() if entry.blender_name == name)
-                self.engine.add_pass(name, len(channels), channels, layer=self.result.layers[0].name)
             set_pass(passes[name], values)
         self.engine.update_result(self.result)
-
-    def stamp(self, fields: dict[str, str]) -> None:
-        """Write metadata that Blender stores in the picture's file."""
-        for name, value in fields.items():
-            self.result.stamp_data_add_field(name, value)
 
     def __enter__(self) -> OpenResult:
         return self
 
     def __exit__(self, kind, *_) -> None:
         self.engine.end_result(self.result, cancel=kind is not None)
+
+
+def stamp(engine, fields: dict[str, str]) -> None:
+    """Add metadata that Blender stores in the picture's file; the open result would not pass it on."""
+    result = engine.get_result()
+    for name, value in fields.items():
+        result.stamp_data_add_field(name, value)
 
 
 def mark_failed(engine, scene, layer: str) -> None:

@@ -24,7 +24,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from addon.export import export_scene  # noqa: E402
-from isophote.scene import save_scene  # noqa: E402
+from isophote.scene import SceneError, save_scene  # noqa: E402
 
 
 class Exporter(bpy.types.RenderEngine):
@@ -66,12 +66,7 @@ def run(options: argparse.Namespace) -> dict:
         render.resolution_percentage = 100
     if options.frame is not None:
         scene.frame_set(options.frame)
-    export_current(scene)
-    if Exporter.errors:
-        raise RuntimeError(Exporter.errors[0])
-    if not Exporter.scenes:
-        raise RuntimeError(f"scene '{scene.name}' was not exported: no view layer is on for rendering")
-    exported, seconds = Exporter.scenes[0]
+    exported, seconds = render_to_scene(scene)
     save_scene(exported, options.out)
     return {
         "ok": True,
@@ -83,14 +78,26 @@ def run(options: argparse.Namespace) -> dict:
     }
 
 
-def export_current(scene) -> None:
-    """Let Blender render the scene with the Exporter, without writing pictures or running the compositor."""
-    bpy.utils.register_class(Exporter)
+def render_to_scene(scene):
+    """(Scene, seconds) of a bpy scene: Blender renders it with the Exporter, without picture or compositor.
+
+    Raises SceneError without a camera, RuntimeError with what went wrong inside.
+    """
+    if scene.camera is None:  # Blender would say so without the scene's name
+        raise SceneError(f"no camera in scene '{scene.name}'")
+    if not Exporter.is_registered:
+        bpy.utils.register_class(Exporter)
+    Exporter.scenes, Exporter.errors = [], []
     render = scene.render
     render.engine = Exporter.bl_idname
     render.use_compositing = render.use_sequencer = False
     render.use_border = render.use_multiview = False
     bpy.ops.render.render(scene=scene.name)
+    if Exporter.errors:
+        raise RuntimeError(Exporter.errors[0])
+    if not Exporter.scenes:
+        raise RuntimeError(f"scene '{scene.name}' was not exported: no view layer is on for rendering")
+    return Exporter.scenes[0]
 
 
 def main() -> int:

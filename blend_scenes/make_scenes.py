@@ -325,6 +325,9 @@ def save(folder, name):
     for mesh in [m for m in bpy.data.meshes if not m.users]:
         bpy.data.meshes.remove(mesh)
     bpy.context.preferences.filepaths.save_version = 0
+    for space in (space for screen in bpy.data.screens for area in screen.areas for space in area.spaces):
+        if space.type == "FILE_BROWSER" and space.params:
+            space.params.directory = b"//"
     # As a copy of a file without a name: no path is stored in it.
     bpy.ops.wm.save_as_mainfile(filepath=str(folder / f"{name}.blend"), compress=True, copy=True)
 

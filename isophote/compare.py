@@ -12,6 +12,7 @@ from isophote.images import Image, encode_srgb
 from isophote.statistics import Z95, sums_over_tiles
 
 REL_MSE_FLOOR = 0.01
+ROUNDING = 1e-6  # relative: what float32 sums of a render may be off by
 
 
 class CompareError(ValueError):
@@ -109,13 +110,16 @@ def z_test(a, b, sigma_a, sigma_b, *, tile: int = 1, dof: float | None = None, s
     tile > 1 tests means of tiles instead of pixels: less noise, so small systematic differences show;
     it takes pixels for independent. `dof`: degrees of freedom of the sigmas where they are themselves
     estimates (about 64 for two replicates pooled over 8 x 8); t is then turned into z (Wallace 1959).
-    Where both sigmas are 0 the values must be equal. Values whose sigma or mean is not finite raise
-    CompareError: an unknown error tests nothing.
+    Differences count from ROUNDING times the value on: a background of one colour has no variance, yet
+    two programs round it differently. Where both sigmas are 0, more than that is rejected. Values whose
+    sigma or mean is not finite raise CompareError: an unknown error tests nothing.
     """
     a, b, sigma_a, sigma_b = (np.atleast_3d(np.asarray(x, np.float64)) for x in (a, b, sigma_a, sigma_b))
     if not a.shape == b.shape == sigma_a.shape == sigma_b.shape:
         raise CompareError(f"shapes differ: {a.shape}, {b.shape}, {sigma_a.shape}, {sigma_b.shape}")
     difference, variance = a - b, sigma_a ** 2 + sigma_b ** 2
+    rounding = ROUNDING * np.maximum(np.abs(a), np.abs(b))
+    difference = np.sign(difference) * np.maximum(np.abs(difference) - rounding, 0.0)
     if not (np.isfinite(difference).all() and np.isfinite(variance).all()):
         raise CompareError("a value or a standard error is not finite")
     bias = np.abs(to_z(difference.sum(axis=(0, 1)), variance.sum(axis=(0, 1)))).max()

@@ -29,7 +29,8 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     # transmission: tint of one crossing, the square root of Principled's base colour
     "principled_glass": (8, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b",
                              "transmission_r", "transmission_g", "transmission_b")),
-    "layer_specular": (9, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b")),  # layer weight *= 1 - albedo
+    # what follows keeps 1 - albedo of such a layer
+    "layer_specular": (9, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b")),
 }
 
 # Tints may be left out.
@@ -57,7 +58,7 @@ def is_delta(op: int, constants) -> bool:
     name, names = next((name, names) for name, (number, names) in OPERATIONS.items() if number == op)
     if "roughness" not in names:
         return name == "transparent"
-    values = dict(zip(names, constants))
+    values = dict(zip(names, constants, strict=False))  # constants are padded
     spread = min(max(values["roughness"], 0.0), 1.0) ** 4
     if name == "refraction":  # bends microfacets' tilts by 1 - 1/ior: nothing is rough at ior 1
         ior = max(values["ior"], 1e-5)

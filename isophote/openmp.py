@@ -41,10 +41,14 @@ class OpenMPDevice:
         if settings.precision != "strict":
             self.strict = f"precision {settings.precision} was asked for"
         self.buffers: list[np.ndarray] = []
+        self.tree = None
 
     def upload(self, prepared: Prepared) -> None:
-        """Keep the buffers' bytes, in the order of kernels/scene_buffers.h."""
-        self.buffers = [buffer.view(np.uint8).reshape(-1) for buffer in prepared.buffers.values()]
+        """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree."""
+        made = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in prepared.buffers.items()}
+        self.buffers = list(made.values())
+        self.tree = self.native.make_wide_tree(made["nodes"], made["triangles"], made["instances"],
+                                               int(prepared.buffers["world"]["root"][0]))
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""
@@ -53,7 +57,7 @@ class OpenMPDevice:
 
         def work():
             try:
-                result.append(self.native.render(self.variant, self.buffers, params, self.threads, made, flag))
+                result.append(self.native.render(self.variant, self.buffers, self.tree, params, self.threads, made, flag))
             except MemoryError:
                 result.append(DeviceError("openmp: out of memory while rendering"))
 
@@ -71,7 +75,7 @@ class OpenMPDevice:
         return item.samples
 
     def close(self) -> None:
-        self.buffers = []
+        self.buffers, self.tree = [], None
 
 
 def choose_variant(variants: list[tuple[str, str, int, bool]], precision: str, isa: str = "") -> str:

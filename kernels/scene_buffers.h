@@ -25,6 +25,7 @@ typedef struct {
 #define X(type, name, comment) GLOBAL const type *name;
   SCENE_BUFFERS(X)
 #undef X
+  GLOBAL const void *accelerator; /* of a host that defines TRACE (stages.h): its own tree */
 } Scene;
 
 #endif

@@ -215,15 +215,20 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
 
 /* ----------------------------------------------------------------- connect */
 
+/* How rays are traced: the includer may have a faster tracer of its own that gives the same hits. */
+#ifndef TRACE
+#define TRACE(scene, ray, any) trace(scene, ray, any)
+#endif
+
 /* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. */
 FN real3 trace_connection(Scene s, Params params, Ray ray, uint features) {
   real3 kept = splat3(REAL(1.0));
   if (!(features & FEATURE_TRANSPARENT)) {
-    Hit h = trace(s, ray, 1);
+    Hit h = TRACE(s, ray, 1);
     return select3(h.index == NONE, kept, zero3());
   }
   for (int passed = 0;; passed++) {
-    Hit h = trace(s, ray, 0);
+    Hit h = TRACE(s, ray, 0);
     if (h.index == NONE) return kept;
     Surface at = make_surface(s, ray, h, features);
     if (passed >= params.transparent_bounces || !(s.materials[at.material].flags & MATERIAL_TRANSPARENT)) return zero3();

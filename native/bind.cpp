@@ -21,8 +21,8 @@ using namespace isophote;
 namespace isophote {
 #define X(name, precision, level)                                                                       \
   namespace name {                                                                                      \
-  bool render(const void *const *, const void *, int, float *, const std::atomic<int> *);               \
-  void trace_rays(const void *const *, const float *, long, int, int, float *, unsigned *);             \
+  bool render(const void *const *, const WideTree *, const void *, int, float *, const std::atomic<int> *); \
+  void trace_rays(const void *const *, const WideTree *, const float *, long, int, int, float *, unsigned *); \
   }
 ISOPHOTE_VARIANTS(X)
 #undef X
@@ -98,7 +98,13 @@ std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
   return p;
 }
 
-bool render(const std::string &variant, const std::vector<Bytes> &buffers, Bytes params, int threads,
+WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root) {
+  nb::gil_scoped_release release;
+  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), reinterpret_cast<const Triangle *>(triangles.data()),
+                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root);
+}
+
+bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
             nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> sums,
             nb::ndarray<int32_t, nb::shape<1>, nb::c_contig, nb::device::cpu> cancelled) {
   const Variant &v = find_variant(variant);
@@ -111,10 +117,10 @@ bool render(const std::string &variant, const std::vector<Bytes> &buffers, Bytes
   float *out = sums.data();
   auto *flag = reinterpret_cast<const std::atomic<int> *>(cancelled.data());
   nb::gil_scoped_release release;
-  return v.render(scene.data(), p, threads, out, flag);
+  return v.render(scene.data(), &tree, p, threads, out, flag);
 }
 
-nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers,
+nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree *tree,
                 nb::ndarray<const float, nb::shape<-1, 8>, nb::c_contig, nb::device::cpu> rays, bool any, int threads) {
   const Variant &v = find_variant(variant);
   std::vector<const void *> scene = pointers(buffers);
@@ -123,7 +129,7 @@ nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers,
   std::vector<uint32_t> ids(2 * n);
   {
     nb::gil_scoped_release release;
-    v.trace(scene.data(), rays.data(), long(n), any, threads, hits.data(), ids.data());
+    v.trace(scene.data(), tree, rays.data(), long(n), any, threads, hits.data(), ids.data());
   }
   return nb::make_tuple(to_array(std::move(hits), 4), to_array(std::move(ids), 2));
 }
@@ -144,7 +150,10 @@ NB_MODULE(_native, m) {
   m.attr("sizes") = sizes;
   m.def("make_tree", &make_tree, nb::arg("lo"), nb::arg("hi"), nb::arg("reference"), nb::arg("node_base"),
         nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
-  m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("params"), nb::arg("threads"),
+  nb::class_<WideTree>(m, "WideTree");
+  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"));
+  m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
         nb::arg("sums"), nb::arg("cancelled"));
-  m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("rays"), nb::arg("any"), nb::arg("threads"));
+  m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),
+        nb::arg("rays"), nb::arg("any"), nb::arg("threads"));
 }

@@ -1,20 +1,23 @@
 /* The interface between the binding and the OpenMP loops, which are compiled once for each variant
- * (precision and instruction set). No kernel header is included here. */
+ * (precision and instruction set). */
 #pragma once
 #include <atomic>
 
+#include "wide_tree.h"
+
 namespace isophote {
 
-/* scene: one pointer for each entry of SCENE_BUFFERS, in its order. params: a Params. sums: planes of
+/* scene: one pointer for each entry of SCENE_BUFFERS, in its order; tree: made of them. params: a Params. sums: planes of
  * width x height floats (kernels/params.h), to which samples are added in their order. Returns false
  * where it was cancelled; sums then hold no complete result. */
-using RenderFunction = bool (*)(const void *const *scene, const void *params, int threads, float *sums,
-                                const std::atomic<int> *cancelled);
+using RenderFunction = bool (*)(const void *const *scene, const WideTree *tree, const void *params, int threads,
+                                float *sums, const std::atomic<int> *cancelled);
 
-/* Closest hits (any = 0) or occlusion (any = 1) of n rays, for tests and benchmarks. rays: n x 8 floats,
+/* Closest hits (any = 0) or occlusion (any = 1) of n rays, for tests and benchmarks, in the wide tree or
+ * where there is none in the BVH2. rays: n x 8 floats,
  * origin, direction, t_min, t_max. hits: n x 4 floats t, u, v, bits of index; ids: n x 2. */
-using TraceFunction = void (*)(const void *const *scene, const float *rays, long n, int any, int threads, float *hits,
-                               unsigned *ids);
+using TraceFunction = void (*)(const void *const *scene, const WideTree *tree, const float *rays, long n, int any,
+                               int threads, float *hits, unsigned *ids);
 
 struct Variant {
   const char *name;

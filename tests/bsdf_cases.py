@@ -45,7 +45,8 @@ def refractions(roughness: float, multiscatter: float = 1, iors=(1.45,)) -> list
         for back in (0, 1):
             cases += [Case("refraction", dict(roughness=roughness, ior=ior), back),
                       Case("glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter), back),
-                      Case("principled_glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter) | LEAF, back)]
+                      Case("principled_glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter) | LEAF,
+                       back)]
     return cases
 
 

@@ -202,4 +202,8 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    status = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # The bpy module sometimes hangs while it frees its memory at the end (seen with 4.5.15).
+    os._exit(status)

@@ -17,7 +17,8 @@ RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("
         ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
 RAY_CAMERA = 1
 
-WITH_MESH = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+# Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
+WITH_MESH = {"MESH", "META"}
 LEFT_OUT = {
     "CURVES": "hair curves are not supported: left out",
     "POINTCLOUD": "point clouds are not supported: left out",
@@ -98,11 +99,10 @@ class Gatherer:
         data = ob.data
         if data is None:
             return None
-        key = (data.as_pointer(), None)
-        if ob.type != "MESH" and (ob.type == "META" or len(ob.modifiers)):
-            key = (data.as_pointer(), ob.original.as_pointer())  # the data are shared before the modifiers
+        # The mesh of metaballs depends on more than their data.
+        key = (data.as_pointer(), ob.original.as_pointer() if ob.type == "META" else None)
         if key not in self._mesh_of:
-            arrays = export_mesh(ob, self.depsgraph)
+            arrays = export_mesh(ob)
             self._mesh_of[key] = None if arrays is None else len(self.meshes)
             if arrays is not None:
                 self.meshes.append(arrays)

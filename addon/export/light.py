@@ -45,7 +45,7 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
         return None
     if getattr(cycles, "max_bounces", 1024) != 1024:
         values.note("a lamp's own limit of bounces is not supported: left out")
-    strength = np.array(light.color[:3], dtype=np.float64) * light.energy
+    strength = np.array(light.color[:3], dtype=np.float64) * compat.light_energy(light)
     strength *= compat.light_factor(light) * node_factor(light, values)
     if not getattr(light, "normalize", True):
         strength *= size_factor(kind, size)

@@ -80,7 +80,13 @@ def glossy(values, node, stack, weight):
     note_normal(values, node)
     note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
     params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
-    return [Closure("glossy", weight * values.color(node, stack, "Color"), params)]
+    return [tinted("glossy", weight, values.color(node, stack, "Color"), params)]
+
+
+def tinted(operation, weight, color, params) -> Closure:
+    """A closure whose colour counts at every bounce between microfacets; none where the colour is black."""
+    color = np.maximum(color, 0.0)
+    return Closure(operation, np.full(3, weight if color.any() else 0.0), params | rgb("tint", color))
 
 
 def refraction(values, node, stack, weight):
@@ -95,7 +101,7 @@ def glass(values, node, stack, weight):
     note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
     params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack),
               "multiscatter": multiscatter(values, node)}
-    return [Closure("glass", weight * values.color(node, stack, "Color"), params)]
+    return [tinted("glass", weight, values.color(node, stack, "Color"), params)]
 
 
 def metallic(values, node, stack, weight):

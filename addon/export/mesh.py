@@ -25,10 +25,10 @@ class MeshArrays:
     normals: np.ndarray | None  # f4 [T, 3, 3]
 
 
-def export_mesh(ob, depsgraph) -> MeshArrays | None:
+def export_mesh(ob) -> MeshArrays | None:
     """Triangulate what an evaluated object looks like; None where it has no faces.
 
-    Works for meshes, curves, surfaces, text and metaballs: whatever to_mesh() gives a mesh for.
+    Works for meshes and metaballs: whatever to_mesh() gives a mesh for.
     """
     try:
         mesh = ob.to_mesh()

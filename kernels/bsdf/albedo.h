@@ -7,7 +7,7 @@
  *   R, M   their square roots: E falls steeply where both are small, and is divided by
  *   z      sqrt((ior - 1)/(ior + 1)) of the ior or of its inverse, whichever is above 1
  * The tables of rises have Cycles' axes and number of nodes on purpose: interpolating such convex
- * curves takes up to 0.7 % from the base under a layer, and both engines shall take the same. For the
+ * curves takes some tenths of a per cent from the base under a layer: both engines take the same. For the
  * same reason E of glass counts rays that are refracted to the wrong side (see the tool). */
 #ifndef ISOPHOTE_BSDF_ALBEDO_H
 #define ISOPHOTE_BSDF_ALBEDO_H

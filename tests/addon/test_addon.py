@@ -114,7 +114,7 @@ def test_metadata_says_how_it_was_made(host):
     assert done.returncode == 0, done.stdout
     spec = oiio.ImageInput.open(str(host.folder / "still_1.png")).spec()
     fields = {attribute.name: attribute.value for attribute in spec.extra_attribs}
-    assert fields["isophote:samples"] == "8" and fields["isophote:partial"] == "no", fields
+    assert fields["isophote.ViewLayer.samples"] == "8" and fields["isophote.ViewLayer.partial"] == "no", fields
 
 
 def test_settings_come_from_cycles(host):

@@ -5,7 +5,8 @@ import shutil
 import numpy as np
 import pytest
 
-from tests.bsdf_cases import Case, METAL, random_directions, unit
+from isophote.materials import OPERATIONS
+from tests.bsdf_cases import METAL, Case, random_directions, unit
 from tests.kernel_lib import CLOSURES, FUNCTIONS, CppKernels, OpenclKernels, instruction
 
 COUNT = 1 << 17
@@ -50,7 +51,6 @@ def random_case(rng, closure: str, names) -> Case:
 
 @pytest.mark.parametrize("closure", [*CLOSURES, "layer_specular"])
 def test_closures(plain, other, closure):
-    from isophote.materials import OPERATIONS
     rng = np.random.default_rng(41)
     for _ in range(6):
         case = random_case(rng, closure, OPERATIONS[closure][1])
@@ -61,10 +61,10 @@ def test_closures(plain, other, closure):
             continue
         u = rng.random((COUNT, 3), np.float32)
         sampled, also = plain.sample(c, wo, u, back), other.sample(c, wo, u, back)
-        for mine, others in zip(sampled, also):
+        for mine, others in zip(sampled, also, strict=True):
             assert same_bits(mine, others), str(case)
         for wi in (sampled[0], unit(random_directions(rng, COUNT, lower=True).astype(np.float32))):
-            for mine, others in zip(plain.eval(c, wo, wi, back), other.eval(c, wo, wi, back)):
+            for mine, others in zip(plain.eval(c, wo, wi, back), other.eval(c, wo, wi, back), strict=True):
                 assert same_bits(mine, others), str(case)
 
 

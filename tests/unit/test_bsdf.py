@@ -1,5 +1,6 @@
 """Closures: energy, reciprocity, tables, continuity, extremes, and float32 against float64."""
 
+import functools
 import importlib.util
 import re
 
@@ -9,8 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from isophote import materials
-from tests.bsdf_cases import (Case, direction, integrated_albedo, random_directions, reflections, refractions,
-                              sampled_albedo, unit)
+from tests.bsdf_cases import (
+    Case,
+    direction,
+    integrated_albedo,
+    random_directions,
+    reflections,
+    refractions,
+    sampled_albedo,
+    unit,
+)
 from tests.kernel_lib import ROOT, CppKernels, instruction
 
 SPEC = importlib.util.spec_from_file_location("make_albedo_tables", ROOT / "tools" / "make_albedo_tables.py")
@@ -56,11 +65,11 @@ def test_is_delta_agrees_with_sampling(kernels):
     """u_choice 0 reflects, where a closure can: glass's refraction is never wider than its reflection."""
     for roughness in (0.0, 1e-4, 0.0037, 0.0038, 0.0067, 0.0068, 0.1):
         for front, back in zip(refractions(roughness)[:3] + reflections(roughness),
-                               refractions(roughness)[3:] + reflections(roughness)):
-            deltas = [kernels.sample(case.instruction, direction(0.95)[None], np.array([[0, 0.5, 0.5]]), case.backfacing)
-                      [2][0, 0] for case in (front, back)]
+                               refractions(roughness)[3:] + reflections(roughness), strict=True):
+            flags = [kernels.sample(case.instruction, direction(0.95)[None], np.array([[0, 0.5, 0.5]]),
+                                    case.backfacing)[2] for case in (front, back)]
             c = front.instruction
-            assert materials.is_delta(int(c["op"][0]), c["params"][0]) == all(deltas), str(front)
+            assert materials.is_delta(int(c["op"][0]), c["params"][0]) == all(f[0, 0] for f in flags), str(front)
 
 
 # ----------------------------------------------------------------- energy
@@ -177,27 +186,30 @@ def test_multiscatter_saturates_colours(reference):
 # ------------------------------------------------------- continuity, extremes
 
 
+def every_lobe(roughness: float) -> list[Case]:
+    return [*reflections(roughness), *refractions(roughness)]
+
+
 def test_continuous_towards_the_delta(kernels):
     """Across the threshold neither the albedo nor the direction jumps."""
     below, above = 0.0037, 0.0038
     assert below**4 < materials.DELTA_ALPHA2 < above**4
-    for sharp, rough in zip([*reflections(below), *refractions(below)], [*reflections(above), *refractions(above)]):
+    wo, u = direction(0.5)[None], np.array([[0.5, 0.3, 0.4]])
+    for pair in zip(every_lobe(below), every_lobe(above), strict=True):
         for mu in (0.1, 0.5, 1.0):
-            np.testing.assert_allclose(sampled_albedo(kernels, sharp, mu), sampled_albedo(kernels, rough, mu), rtol=2e-3)
-        wo, u = direction(0.5)[None], np.array([[0.5, 0.3, 0.4]])
-        directions = [kernels.sample(c.instruction, wo, u, c.backfacing)[0] for c in (sharp, rough)]
-        np.testing.assert_allclose(*directions, atol=1e-4)
+            np.testing.assert_allclose(*(sampled_albedo(kernels, case, mu) for case in pair), rtol=2e-3)
+        np.testing.assert_allclose(*(kernels.sample(c.instruction, wo, u, c.backfacing)[0] for c in pair), atol=1e-4)
 
 
 def test_albedo_changes_slowly_with_roughness(kernels):
-    for a, b in zip(np.linspace(0, 0.2, 41)[:-1], np.linspace(0, 0.2, 41)[1:]):
-        for first, second in zip([*reflections(a), *refractions(a)], [*reflections(b), *refractions(b)]):
-            difference = sampled_albedo(kernels, first, 0.4, 48) - sampled_albedo(kernels, second, 0.4, 48)
-            assert np.abs(difference).max() < 0.01, (str(first), str(second))
+    steps = np.linspace(0, 0.2, 41)
+    albedos = np.array([[sampled_albedo(kernels, case, 0.4, 48) for case in every_lobe(r)] for r in steps])
+    assert np.abs(np.diff(albedos, axis=0)).max() < 0.01
 
 
 roughness_values = st.one_of(st.sampled_from([0.0, 1e-4, 1e-3, 0.00376, 0.00377, 0.01, 1.0]), st.floats(0, 1))
-ior_values = st.one_of(st.sampled_from([1.0, 1 - 1e-4, 1 + 1e-4, 1 + 1e-6, 1.5, 10.0, 0.1, 100.0, 1e-5]), st.floats(0.5, 3))
+ior_values = st.one_of(st.sampled_from([1.0, 1 - 1e-4, 1 + 1e-4, 1 + 1e-6, 1.5, 10.0, 0.1, 100.0, 1e-5]),
+                       st.floats(0.5, 3))
 cosines = st.one_of(st.sampled_from([1e-38, 1e-20, 1e-7, 1e-4, 0.5, 1.0]), st.floats(1e-6, 1))
 random_numbers = st.one_of(st.sampled_from([0.0, 2.0**-24, 0.5, 1 - 2.0**-24]), st.floats(0, 1 - 2.0**-24))
 
@@ -222,14 +234,15 @@ def test_extremes_stay_finite(roughness, ior, mu, mu_i, azimuth, u, back, multis
         assert np.isfinite(albedo).all() and (albedo >= 0).all(), str(case)
         for light in (wi, direction(mu_i, 0.3)[None], -direction(mu_i, 3.4)[None], -wo, wo * [-1, -1, 1]):
             value, pdf = kernels.eval(c, wo, light, back)
-            assert np.isfinite(value).all() and (value >= 0).all() and np.isfinite(pdf).all() and (pdf >= 0).all(), str(case)
+            for numbers in (value, pdf):
+                assert np.isfinite(numbers).all() and (numbers >= 0).all(), str(case)
             assert (value[pdf == 0] == 0).all(), str(case)
 
 
-def extreme_kernels(cache=[]):
-    if not cache:
-        cache.append(CppKernels())
-    return cache[0]
+@functools.cache
+def extreme_kernels():
+    """Hypothesis calls its test many times; fixtures of modules are not for it."""
+    return CppKernels()
 
 
 # ------------------------------------------------------- float32 and float64

@@ -117,8 +117,15 @@ def test_values_without_error_must_be_equal():
     zero = np.zeros((8, 8))
     assert z_test(a, a, zero, zero).passed
     b = a.copy()
-    b[0, 0] += 1e-9
+    b[0, 0] += 1e-5
     assert not z_test(a, b, zero, zero).passed
+
+
+def test_rounding_is_no_difference_however_many_pixels_share_it():
+    a, zero = np.ones((256, 256)), np.zeros((256, 256))
+    result = z_test(a, a * (1 + 2e-7), zero, zero, tile=8)
+    assert result.passed and result.bias_z == 0.0 and result.p_value == 1.0
+    assert not z_test(a, a * (1 + 2e-6), zero, zero, tile=8).passed
 
 
 def test_unknown_errors_test_nothing():

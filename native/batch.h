@@ -1,0 +1,109 @@
+/* The paths that a thread works on at a time, in structures of arrays. Included once a variant. */
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "tracer.h"
+
+namespace isophote {
+namespace ISOPHOTE_VARIANT {
+
+constexpr uint CAPACITY = 1024;
+constexpr uint MISS = NONE;
+
+/* The path columns that are being read, fetched before a loop so that the loop sees plain arrays. */
+struct Columns {
+  real *reals;
+  uint *uints;
+};
+
+/* Scratch memory of one thread; every array is a column of CAPACITY values. */
+struct Batch {
+  alignas(64) real path_reals[2][PATH_REAL_COUNT * CAPACITY];
+  alignas(64) uint path_uints[2][PATH_UINT_COUNT * CAPACITY];
+  alignas(64) real hit_t[CAPACITY], hit_u[CAPACITY], hit_v[CAPACITY];
+  alignas(64) uint hit_instance[CAPACITY], hit_primitive[CAPACITY], hit_index[CAPACITY];
+  alignas(64) uint key[CAPACITY], order[CAPACITY], alive[CAPACITY];
+  /* surfaces */
+  alignas(64) real px[CAPACITY], py[CAPACITY], pz[CAPACITY], offset[CAPACITY];
+  alignas(64) real ngx[CAPACITY], ngy[CAPACITY], ngz[CAPACITY], nsx[CAPACITY], nsy[CAPACITY], nsz[CAPACITY];
+  alignas(64) int backfacing[CAPACITY];
+  /* light samples */
+  alignas(64) real ldx[CAPACITY], ldy[CAPACITY], ldz[CAPACITY], distance[CAPACITY], light_pdf[CAPACITY];
+  alignas(64) real lr[CAPACITY], lg[CAPACITY], lb[CAPACITY];
+  alignas(64) int can_be_hit[CAPACITY];
+  alignas(64) uint light_instance[CAPACITY], light_primitive[CAPACITY];
+  /* choice of a closure; weights and shares of each closure */
+  alignas(64) real layer_r[CAPACITY], layer_g[CAPACITY], layer_b[CAPACITY];
+  alignas(64) real total[CAPACITY], choice_u[CAPACITY], chosen_share[CAPACITY];
+  alignas(64) int chosen[CAPACITY];
+  alignas(64) real weight_r[MAX_CLOSURES][CAPACITY], weight_g[MAX_CLOSURES][CAPACITY], weight_b[MAX_CLOSURES][CAPACITY];
+  alignas(64) real share[MAX_CLOSURES][CAPACITY];
+  /* value of the BSDF towards the light or the next direction */
+  alignas(64) real fr[CAPACITY], fg[CAPACITY], fb[CAPACITY], pdf[CAPACITY];
+  /* sampled direction, in the world and in the frame */
+  alignas(64) real wix[CAPACITY], wiy[CAPACITY], wiz[CAPACITY], lix[CAPACITY], liy[CAPACITY], liz[CAPACITY];
+  alignas(64) real sr[CAPACITY], sg[CAPACITY], sb[CAPACITY];
+  alignas(64) int delta[CAPACITY], label[CAPACITY], valid[CAPACITY];
+  /* connections */
+  alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
+  /* results by slot */
+  alignas(64) real red[CAPACITY], green[CAPACITY], blue[CAPACITY], alpha[CAPACITY];
+  alignas(64) real aov[PLANES_ALL - PLANES_COMBINED][CAPACITY];
+
+  uint current = 0; /* which of the two halves of the path arrays is read */
+  uint count = 0;
+  std::vector<uint> bins;
+
+  Columns columns() { return {path_reals[current], path_uints[current]}; }
+};
+
+/* Paths of one material, all of which scatter, or all of which have had their last bounce. */
+struct Group {
+  uint material;
+  bool last;
+  uint first, end;
+};
+
+FN Hit load_hit(const Batch &b, uint i) {
+  Hit h;
+  h.t = b.hit_t[i];
+  h.u = b.hit_u[i];
+  h.v = b.hit_v[i];
+  h.instance = b.hit_instance[i];
+  h.primitive = b.hit_primitive[i];
+  h.index = b.hit_index[i];
+  return h;
+}
+
+FN Surface load_surface(const Batch &b, uint i, uint material) {
+  Surface s;
+  s.p = make_real3(b.px[i], b.py[i], b.pz[i]);
+  s.offset = b.offset[i];
+  s.ng = make_real3(b.ngx[i], b.ngy[i], b.ngz[i]);
+  s.ns = make_real3(b.nsx[i], b.nsy[i], b.nsz[i]);
+  s.backfacing = b.backfacing[i];
+  s.material = material;
+  return s;
+}
+
+FN real3 shading_normal(const Batch &b, uint i) { return make_real3(b.nsx[i], b.nsy[i], b.nsz[i]); }
+
+
+FN Path path_at(Columns c, uint i) { return load_path(c.reals, c.uints, CAPACITY, i); }
+FN real3 local_wo(Columns c, Frame frame, uint i) {
+  return to_local(frame, make_real3(-c.reals[PATH_REAL_dx * CAPACITY + i], -c.reals[PATH_REAL_dy * CAPACITY + i],
+                                    -c.reals[PATH_REAL_dz * CAPACITY + i]));
+}
+
+/* The loop over the paths [first, end) of a group. Each path is on its own: nothing aliases. */
+#define FOR_PATHS(i, first, end) _Pragma("omp simd") for (uint i = (first); i < (end); i++)
+
+FN void store_aovs(Batch &__restrict b, uint slot, Aovs a) {
+#define X(plane, value) b.aov[plane - PLANES_COMBINED][slot] = value;
+  AOV_PLANES(X)
+#undef X
+}
+
+}  // namespace ISOPHOTE_VARIANT
+}  // namespace isophote

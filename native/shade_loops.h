@@ -1,0 +1,357 @@
+/* The loops that shade a group of paths of one material, one instruction at a time. Included once a
+ * variant. Values and arithmetic are those of kernels/stages.h; only the order of loops is here. */
+#pragma once
+#include "batch.h"
+
+namespace isophote {
+namespace ISOPHOTE_VARIANT {
+
+static void add_light(Batch &__restrict b, uint i, real3 light) {
+  uint slot = b.columns().uints[PATH_UINT_slot * CAPACITY + i];
+  b.red[slot] += light.x;
+  b.green[slot] += light.y;
+  b.blue[slot] += light.z;
+}
+
+static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
+  Columns columns = b.columns();
+  uint count = b.count;
+  for (uint l = 0; l < s.world[0].lamp_count; l++) {
+    Light lamp = s.lights[l];
+    if (!(lamp.size_u > 0.0f)) continue;
+    FOR_PATHS(i, 0, count) {
+      real3 light = see_lamp(params, lamp, path_at(columns, i), load_hit(b, i));
+      b.fr[i] = light.x;
+      b.fg[i] = light.y;
+      b.fb[i] = light.z;
+    }
+    for (uint i = 0; i < b.count; i++) add_light(b, i, make_real3(b.fr[i], b.fg[i], b.fb[i]));
+  }
+}
+
+static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    add_light(b, i, see_world(s, params, p));
+    b.alpha[p.slot] -= lost_alpha(params, p);
+    b.alive[i] = 0;
+  }
+}
+
+template <uint FEATURES>
+static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    Surface at = make_surface(s, path_ray(path_at(columns, i)), load_hit(b, i), FEATURES);
+    b.px[i] = at.p.x;
+    b.py[i] = at.p.y;
+    b.pz[i] = at.p.z;
+    b.offset[i] = at.offset;
+    b.ngx[i] = at.ng.x;
+    b.ngy[i] = at.ng.y;
+    b.ngz[i] = at.ng.z;
+    b.nsx[i] = at.ns.x;
+    b.nsy[i] = at.ns.y;
+    b.nsz[i] = at.ns.z;
+    b.backfacing[i] = at.backfacing;
+  }
+}
+
+static void shade_emission(Batch &__restrict b, Params params, Material m, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++)
+    add_light(b, i, see_emission(params, m, load_surface(b, i, g.material), path_at(columns, i), load_hit(b, i)));
+}
+
+static void draw_lights(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  uint count = s.world[0].light_count;
+  FOR_PATHS(i, g.first, g.end) {
+    Path p = path_at(columns, i);
+    real choice = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_CHOICE).x;
+    real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_LIGHT);
+    LightSample l = sample_light(s.lights[pick_light(s, choice, count)], make_real3(b.px[i], b.py[i], b.pz[i]), u);
+    b.ldx[i] = l.direction.x;
+    b.ldy[i] = l.direction.y;
+    b.ldz[i] = l.direction.z;
+    b.distance[i] = l.distance;
+    b.lr[i] = l.radiance.x;
+    b.lg[i] = l.radiance.y;
+    b.lb[i] = l.radiance.z;
+    b.light_pdf[i] = l.pdf;
+    b.can_be_hit[i] = l.can_be_hit;
+    b.light_instance[i] = l.instance;
+    b.light_primitive[i] = l.primitive;
+  }
+}
+
+FN Choice load_choice(const Batch &b, uint i) {
+  Choice c;
+  c.layer = make_real3(b.layer_r[i], b.layer_g[i], b.layer_b[i]);
+  c.total = b.total[i];
+  c.u = b.choice_u[i];
+  c.chosen = b.chosen[i];
+  c.share = b.chosen_share[i];
+  return c;
+}
+
+FN void store_choice(Batch &__restrict b, uint i, Choice c) {
+  b.layer_r[i] = c.layer.x;
+  b.layer_g[i] = c.layer.y;
+  b.layer_b[i] = c.layer.z;
+  b.total[i] = c.total;
+  b.choice_u[i] = c.u;
+  b.chosen[i] = c.chosen;
+  b.chosen_share[i] = c.share;
+}
+
+static void start_choice(Batch &__restrict b, Group g) {
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    Path p = path_at(columns, i);
+    store_choice(b, i, make_choice(sample_bounce(p.seed, p.index, path_vertex(p), PAIR_CHOICE).y));
+  }
+}
+
+/* The loops below run one instruction; CLOSURES and LAYERS expand each into a loop of its own. */
+#define CLOSURE_LOOPS(number, name, class_)                                                              \
+  static void consider_##name(Batch &__restrict b, Group g, Instruction c, uint k, const float *tables) {           \
+    Columns columns = b.columns();                                                                        \
+    FOR_PATHS(i, g.first, g.end) {                                                                       \
+      Frame frame = make_frame(shading_normal(b, i));                                                    \
+      real3 albedo = albedo_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i));             \
+      Choice choice = load_choice(b, i);                                                                 \
+      real3 weight = closure_weight(c, choice);                                                          \
+      real share = closure_share(weight, albedo);                                                        \
+      store_choice(b, i, consider(choice, int(k), share));                                               \
+      b.weight_r[k][i] = weight.x;                                                                       \
+      b.weight_g[k][i] = weight.y;                                                                       \
+      b.weight_b[k][i] = weight.z;                                                                       \
+      b.share[k][i] = share;                                                                             \
+    }                                                                                                    \
+  }                                                                                                      \
+  static void evaluate_##name(Batch &__restrict b, Group g, Instruction c, uint k, const float *tables,             \
+                              const real *dx, const real *dy, const real *dz) {                          \
+    Columns columns = b.columns();                                                                        \
+    FOR_PATHS(i, g.first, g.end) {                                                                       \
+      Frame frame = make_frame(shading_normal(b, i));                                                    \
+      real3 wi = to_local(frame, make_real3(dx[i], dy[i], dz[i]));                                       \
+      BsdfValue one = eval_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i), wi);          \
+      BsdfValue sum = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);                        \
+      real3 weight = make_real3(b.weight_r[k][i], b.weight_g[k][i], b.weight_b[k][i]);                   \
+      sum = add_closure(sum, one, weight, b.share[k][i], b.total[i]);                                    \
+      b.fr[i] = sum.f.x;                                                                                 \
+      b.fg[i] = sum.f.y;                                                                                 \
+      b.fb[i] = sum.f.z;                                                                                 \
+      b.pdf[i] = sum.pdf;                                                                                \
+    }                                                                                                    \
+  }                                                                                                      \
+  static void sample_all_##name(Batch &__restrict b, Group g, Instruction c, uint k, const float *tables) {         \
+    Columns columns = b.columns();                                                                        \
+    FOR_PATHS(i, g.first, g.end) {                                                                       \
+      Path p = path_at(columns, i);                                                                                \
+      Frame frame = make_frame(shading_normal(b, i));                                                    \
+      real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_BSDF);                               \
+      BsdfSample one = sample_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i), b.choice_u[i], u); \
+      int mine = b.chosen[i] == int(k);                                                                  \
+      b.lix[i] = mine ? one.wi.x : b.lix[i];                                                             \
+      b.liy[i] = mine ? one.wi.y : b.liy[i];                                                             \
+      b.liz[i] = mine ? one.wi.z : b.liz[i];                                                             \
+      b.sr[i] = mine ? one.f.x : b.sr[i];                                                                \
+      b.sg[i] = mine ? one.f.y : b.sg[i];                                                                \
+      b.sb[i] = mine ? one.f.z : b.sb[i];                                                                \
+      b.delta[i] = mine ? one.delta : b.delta[i];                                                        \
+      b.label[i] = mine ? one.label : b.label[i];                                                        \
+      b.valid[i] = mine ? one.valid : b.valid[i];                                                        \
+    }                                                                                                    \
+  }
+CLOSURES(CLOSURE_LOOPS)
+#undef CLOSURE_LOOPS
+
+#define LAYER_LOOPS(number, name)                                                                        \
+  static void apply_##name(Batch &__restrict b, Group g, Instruction c, const float *tables) {                      \
+    Columns columns = b.columns();                                                                        \
+    FOR_PATHS(i, g.first, g.end) {                                                                       \
+      Frame frame = make_frame(shading_normal(b, i));                                                    \
+      real3 kept = layer_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i));                        \
+      b.layer_r[i] = b.layer_r[i] * kept.x;                                                              \
+      b.layer_g[i] = b.layer_g[i] * kept.y;                                                              \
+      b.layer_b[i] = b.layer_b[i] * kept.z;                                                              \
+    }                                                                                                    \
+  }
+LAYERS(LAYER_LOOPS)
+#undef LAYER_LOOPS
+
+static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
+  start_choice(b, g);
+  for (uint k = 0; k < m.count; k++) {
+    Instruction c = s.instructions[m.first + k];
+    switch (c.op) {
+#define X(number, name, class_) \
+  case number: consider_##name(b, g, c, k, s.albedo_tables); break;
+      CLOSURES(X)
+#undef X
+#define X(number, name) \
+  case number: apply_##name(b, g, c, s.albedo_tables); break;
+      LAYERS(X)
+#undef X
+    }
+  }
+}
+
+/* Value of the whole BSDF of the group towards the given world directions, into fr, fg, fb and pdf. */
+static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g, const real *dx, const real *dy, const real *dz) {
+  for (real *column : {b.fr, b.fg, b.fb, b.pdf}) std::fill(column + g.first, column + g.end, REAL(0.0));
+  for (uint k = 0; k < m.count; k++) {
+    Instruction c = s.instructions[m.first + k];
+    switch (c.op) {
+#define X(number, name, class_) \
+  case number: evaluate_##name(b, g, c, k, s.albedo_tables, dx, dy, dz); break;
+      CLOSURES(X)
+#undef X
+    }
+  }
+  FOR_PATHS(i, g.first, g.end) {
+    BsdfValue v = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);
+    v = one_sided(load_surface(b, i, g.material), make_real3(dx[i], dy[i], dz[i]), v);
+    b.fr[i] = v.f.x;
+    b.fg[i] = v.f.y;
+    b.fb[i] = v.f.z;
+    b.pdf[i] = v.pdf;
+  }
+}
+
+FN BsdfSample load_sample(const Batch &b, uint i) {
+  return make_sample(make_real3(b.lix[i], b.liy[i], b.liz[i]), make_real3(b.sr[i], b.sg[i], b.sb[i]), b.delta[i],
+                     b.label[i], b.valid[i]);
+}
+
+static void sample_closures(Batch &__restrict b, Scene s, Material m, Group g) {
+  for (real *column : {b.lix, b.liy, b.liz, b.sr, b.sg, b.sb}) std::fill(column + g.first, column + g.end, REAL(0.0));
+  for (int *column : {b.delta, b.label, b.valid}) std::fill(column + g.first, column + g.end, 0);
+  for (uint k = 0; k < m.count; k++) {
+    Instruction c = s.instructions[m.first + k];
+    switch (c.op) {
+#define X(number, name, class_) \
+  case number: sample_all_##name(b, g, c, k, s.albedo_tables); break;
+      CLOSURES(X)
+#undef X
+    }
+  }
+  FOR_PATHS(i, g.first, g.end) {
+    real3 wi = to_world(make_frame(shading_normal(b, i)), make_real3(b.lix[i], b.liy[i], b.liz[i]));
+    b.wix[i] = wi.x;
+    b.wiy[i] = wi.y;
+    b.wiz[i] = wi.z;
+    b.valid[i] = one_sided_sample(load_surface(b, i, g.material), wi, load_sample(b, i)).valid;
+  }
+}
+
+static void connect_lights(Batch &__restrict b, Params params, Group g) {
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    LightSample l;
+    l.direction = make_real3(b.ldx[i], b.ldy[i], b.ldz[i]);
+    l.distance = b.distance[i];
+    l.radiance = make_real3(b.lr[i], b.lg[i], b.lb[i]);
+    l.pdf = b.light_pdf[i];
+    l.can_be_hit = b.can_be_hit[i];
+    l.instance = b.light_instance[i];
+    l.primitive = b.light_primitive[i];
+    BsdfValue value = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);
+    Connection c = connect_light(params, load_surface(b, i, g.material), l, value, path_at(columns, i));
+    b.cox[i] = c.ray.origin.x;
+    b.coy[i] = c.ray.origin.y;
+    b.coz[i] = c.ray.origin.z;
+    b.cr[i] = c.light.x;
+    b.cg[i] = c.light.y;
+    b.cb[i] = c.light.z;
+  }
+}
+
+static void scatter_paths(Batch &__restrict b, Params params, Group g) {
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    Path p = path_at(columns, i);
+    Choice choice = load_choice(b, i);
+    uint k = uint(max_int(choice.chosen, 0));
+    BsdfValue value = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);
+    real u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_ROULETTE).x;
+    Scattered r = scatter_path(params, load_surface(b, i, g.material), p, load_hit(b, i), load_sample(b, i),
+                               make_real3(b.wix[i], b.wiy[i], b.wiz[i]),
+                               make_real3(b.weight_r[k][i], b.weight_g[k][i], b.weight_b[k][i]), choice, value, u);
+    store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
+    b.alive[i] = uint(r.alive);
+  }
+}
+
+/* Paths whose last bounce lies behind them go on through transparent surfaces only. */
+static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Scattered r = pass_transparent(params, m, path_at(columns, i), load_hit(b, i));
+    store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
+    b.alive[i] = uint(r.alive);
+  }
+}
+
+static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    if (!shows_surface(p)) continue;
+    store_aovs(b, p.slot, make_aovs(s, m, load_surface(b, i, g.material), p));
+  }
+}
+
+static void connect_batch(Batch &__restrict b, Scene s, Params params, Group g, uint features) {
+  for (uint i = g.first; i < g.end; i++) {
+    real3 light = make_real3(b.cr[i], b.cg[i], b.cb[i]);
+    if (is_dark(light)) continue;
+    Ray ray = shadow_ray(make_real3(b.cox[i], b.coy[i], b.coz[i]), make_real3(b.ldx[i], b.ldy[i], b.ldz[i]),
+                         b.distance[i], b.light_instance[i], b.light_primitive[i]);
+    add_light(b, i, light * trace_connection(s, params, ray, features));
+  }
+}
+
+template <uint FEATURES>
+static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
+  Material m = s.materials[g.material];
+  make_surfaces<FEATURES>(b, s, g);
+  if (params.aovs) shade_aovs(b, s, m, g);
+  if (m.flags & MATERIAL_EMITS) shade_emission(b, params, m, g);
+  if (g.last) {
+    pass_last(b, params, m, g);
+    return;
+  }
+  choose_closures(b, s, m, g);
+  bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
+  if (lit) {
+    draw_lights(b, s, g);
+    evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz);
+    connect_lights(b, params, g);
+    connect_batch(b, s, params, g, s.world[0].features);
+  }
+  sample_closures(b, s, m, g);
+  evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz);
+  scatter_paths(b, params, g);
+}
+
+static void shade_batch(Batch &__restrict b, Scene s, Params params, const std::vector<Group> &groups) {
+  shade_lamps(b, s, params);
+  uint features = s.world[0].features;
+  for (Group g : groups) {
+    if (g.material == MISS)
+      shade_misses(b, s, params, g);
+    else if (features & (FEATURE_INSTANCES | FEATURE_SPHERES))
+      shade_group<FEATURE_INSTANCES | FEATURE_SPHERES | FEATURE_SMOOTH>(b, s, params, g);
+    else if (features & FEATURE_SMOOTH)
+      shade_group<FEATURE_SMOOTH>(b, s, params, g);
+    else
+      shade_group<0>(b, s, params, g);
+  }
+}
+
+}  // namespace ISOPHOTE_VARIANT
+}  // namespace isophote

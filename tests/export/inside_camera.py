@@ -1,0 +1,81 @@
+"""The camera's window and axes, against Blender's own projection."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import bpy
+import numpy as np
+from bpy_extras.object_utils import world_to_camera_view
+from common import export, near, notes_of, run_all
+from mathutils import Vector
+
+SIZES = ((640, 480), (300, 700))
+
+
+def projected(scene, points):
+    """Points of the world as fractions of the picture, from its lower left corner."""
+    local = (points - scene.origin) @ scene.camera_to_world[:, :3]
+    if scene.camera_kind == 0:
+        local = local / -local[:, 2:]
+    left, right, bottom, top = scene.camera_window
+    return np.stack([(local[:, 0] - left) / (right - left), (local[:, 1] - bottom) / (top - bottom)], axis=1)
+
+
+def check(**aspect):
+    scene, camera = bpy.context.scene, bpy.context.scene.camera
+    camera.location, camera.rotation_euler = (3.0, -4.0, 2.0), (1.1, 0.2, 0.6)
+    render = scene.render
+    for name, value in aspect.items():
+        setattr(render, name, value)
+    points = np.random.default_rng(0).uniform(-1, 1, (20, 3))
+    for render.resolution_x, render.resolution_y in SIZES:
+        for camera.data.sensor_fit in ("AUTO", "HORIZONTAL", "VERTICAL"):
+            made = export()
+            wanted = [world_to_camera_view(scene, camera, Vector(p))[:2] for p in points]
+            near(projected(made, points), wanted, 2e-5)
+            assert made.resolution.tolist() == [render.resolution_x, render.resolution_y]
+            near(made.camera_clip, (camera.data.clip_start, camera.data.clip_end))
+            near(made.camera_to_world[:, :3].T @ made.camera_to_world[:, :3], np.eye(3), 1e-12)
+
+
+def test_perspective():
+    check()
+
+
+def test_perspective_shifted():
+    data = bpy.context.scene.camera.data
+    data.lens, data.shift_x, data.shift_y, data.sensor_width, data.sensor_height = 70, 0.2, -0.3, 30, 20
+    check()
+
+
+def test_orthographic():
+    data = bpy.context.scene.camera.data
+    data.type, data.ortho_scale, data.shift_x = "ORTHO", 4.5, 0.1
+    check()
+
+
+def test_pixel_aspect():
+    check(pixel_aspect_x=1.0, pixel_aspect_y=1.7)
+
+
+def test_scale_of_the_camera_does_not_count():
+    bpy.context.scene.camera.scale = (2, 2, 2)
+    near(np.linalg.norm(export().camera_to_world[:, :3], axis=0), (1, 1, 1))
+
+
+def test_resolution_percentage():
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y, render.resolution_percentage = 641, 480, 33
+    assert export().resolution.tolist() == [int(641 * 0.33), int(480 * 0.33)]
+
+
+def test_what_is_left_out_is_named():
+    data = bpy.context.scene.camera.data
+    data.type = "PANO"
+    data.dof.use_dof = True
+    notes = " ".join(notes_of(export(), "camera"))
+    assert "pano" in notes and "depth of field" in notes
+
+
+run_all(sys.modules[__name__])

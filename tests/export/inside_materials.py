@@ -1,0 +1,251 @@
+"""Materials as programs: every supported shader, folding of constants, notes for the rest."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import bpy
+import numpy as np
+from common import add, export, material, near, node, notes_of, program, run_all, square
+
+V1 = bpy.app.version < (4, 0, 0)
+PRINCIPLED = {"level": "Specular", "transmission": "Transmission", "emission": "Emission"} if V1 else {
+    "level": "Specular_IOR_Level", "transmission": "Transmission_Weight", "emission": "Emission_Color"}
+
+
+def exported(build, name="tested"):
+    add("square", square(materials=(material(name, build),)))
+    scene = export()
+    return program(scene, name), notes_of(scene, name), scene
+
+
+def surface(kind, distribution=None, **inputs):
+    """Program and notes of a material of one shader node."""
+    def build(tree, output):
+        made = node(tree, kind, output.inputs["Surface"], **inputs)
+        if distribution:
+            made.distribution = distribution
+    return exported(build)[:2]
+
+
+def check(steps, *wanted):
+    """Compare with [(operation, weight, {parameter: value})]; parameters not given may be anything."""
+    assert [s[0] for s in steps] == [w[0] for w in wanted], steps
+    for (_, weight, params), (_, want_weight, want_params) in zip(steps, wanted):
+        near(weight, np.broadcast_to(want_weight, 3))
+        for name, value in want_params.items():
+            near(params[name], value)
+
+
+def rgb(name, *color):
+    return {f"{name}_{c}": v for c, v in zip("rgb", color)}
+
+
+def test_diffuse():
+    steps, notes = surface("ShaderNodeBsdfDiffuse", Color=(0.1, 0.2, 0.3))
+    check(steps, ("diffuse", (0.1, 0.2, 0.3), {}))
+    assert not notes
+
+
+def test_oren_nayar_is_named():
+    assert "Oren-Nayar" in surface("ShaderNodeBsdfDiffuse", Roughness=0.5)[1][0]
+
+
+def test_glossy():
+    kind = "ShaderNodeBsdfGlossy" if V1 else "ShaderNodeBsdfAnisotropic"
+    for distribution, multi in (("GGX", 0), ("MULTI_GGX", 1)):
+        if V1 and multi:
+            continue
+        steps, notes = surface(kind, distribution, Color=(0.9, 0.8, 0.7), Roughness=0.3)
+        check(steps[:1], ("glossy", 1.0, {"roughness": 0.3, "multiscatter": multi} | rgb("tint", 0.9, 0.8, 0.7)))
+        assert not notes
+        bpy.data.materials.remove(bpy.data.materials["tested"])
+
+
+def test_beckmann_is_named():
+    assert "beckmann" in surface("ShaderNodeBsdfRefraction", "BECKMANN", Roughness=0.2)[1][0]
+
+
+def test_refraction_and_glass():
+    steps, _ = surface("ShaderNodeBsdfRefraction", "GGX", Color=(0.5, 0.6, 0.7), Roughness=0.1, IOR=1.3)
+    check(steps, ("refraction", (0.5, 0.6, 0.7), {"roughness": 0.1, "ior": 1.3}))
+    bpy.data.materials.remove(bpy.data.materials["tested"])
+    steps, _ = surface("ShaderNodeBsdfGlass", "GGX", Color=(0.5, 0.6, 0.7), Roughness=0.0, IOR=1.4)
+    check(steps, ("glass", 1.0, {"roughness": 0.0, "ior": 1.4, "multiscatter": 0} | rgb("tint", 0.5, 0.6, 0.7)))
+
+
+def test_transparent_and_emission():
+    check(surface("ShaderNodeBsdfTransparent", Color=(0.5, 1.0, 1.0))[0], ("transparent", (0.5, 1, 1), {}))
+    bpy.data.materials.remove(bpy.data.materials["tested"])
+    check(surface("ShaderNodeEmission", Color=(0.5, 1.0, 1.0), Strength=4.0)[0], ("emission", (2, 4, 4), {}))
+
+
+def test_mix_and_add_fold_into_weights():
+    def build(tree, output):
+        mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"], Fac=0.25)
+        both = node(tree, "ShaderNodeAddShader", mix.inputs[1])
+        node(tree, "ShaderNodeBsdfDiffuse", both.inputs[0], Color=(0.4, 0.4, 0.4))
+        node(tree, "ShaderNodeEmission", both.inputs[1], Color=(1.0, 1.0, 1.0), Strength=2.0)
+        node(tree, "ShaderNodeBsdfTransparent", mix.inputs[2])
+    check(exported(build)[0], ("diffuse", 0.3, {}), ("emission", 1.5, {}), ("transparent", 0.25, {}))
+
+
+def test_closures_without_weight_are_dropped():
+    def build(tree, output):
+        mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"], Fac=1.0)
+        node(tree, "ShaderNodeBsdfToon", mix.inputs[1])
+        node(tree, "ShaderNodeBsdfDiffuse", mix.inputs[2])
+    steps, notes, _ = exported(build)
+    check(steps, ("diffuse", 0.8, {}))
+    assert not notes  # what does not show is not talked about
+
+
+def principled(**inputs):
+    def build(tree, output):
+        made = node(tree, "ShaderNodeBsdfPrincipled", output.inputs["Surface"], **inputs)
+        made.distribution = "GGX"
+    return exported(build)[:2]
+
+
+def test_principled_plain():
+    steps, notes = principled(Base_Color=(0.2, 0.4, 0.6), Roughness=0.3, IOR=1.45)
+    coat = {"roughness": 0.3, "ior": 1.45, "multiscatter": 0} | rgb("tint", 1, 1, 1)
+    check(steps, ("specular", 1, coat), ("layer_specular", 1, coat), ("diffuse", (0.2, 0.4, 0.6), {}))
+    assert not notes
+
+
+def test_principled_everything():
+    steps, _ = principled(**{
+        "Base_Color": (0.25, 0.36, 0.49), "Metallic": 0.2, "Roughness": 0.3, "IOR": 1.5, "Alpha": 0.5,
+        PRINCIPLED["level"]: 0.8, PRINCIPLED["transmission"]: 0.25, PRINCIPLED["emission"]: (1.0, 2.0, 3.0),
+        "Emission_Strength": 2.0})
+    root = np.sqrt(1.6 * 0.04)
+    check(steps, ("transparent", 0.5, {}), ("emission", (1, 2, 3), {}),
+          ("metal", 0.1, rgb("f0", 0.25, 0.36, 0.49) | rgb("f82", 1, 1, 1)),
+          ("principled_glass", 0.1, {"ior": 1.5} | rgb("transmission", 0.5, 0.6, 0.7)),
+          ("specular", 0.3, {"ior": (1 + root) / (1 - root)}), ("layer_specular", 1, {}),
+          ("diffuse", np.array((0.25, 0.36, 0.49)) * 0.3, {}))
+
+
+def test_principled_without_specular_is_diffuse():
+    steps, _ = principled(**{"Base_Color": (0.2, 0.4, 0.6), PRINCIPLED["level"]: 0.0})
+    check(steps, ("diffuse", (0.2, 0.4, 0.6), {}))
+
+
+def test_principled_tint():
+    steps, _ = principled(Base_Color=(0.2, 0.4, 0.6), Specular_Tint=0.5 if V1 else (0.6, 0.7, 0.8))
+    check(steps[:1], ("specular", 1, rgb("tint", 0.6, 0.7, 0.8)))
+
+
+def test_principled_leaves_out_by_name():
+    _, notes = principled(**{"Clearcoat" if V1 else "Coat_Weight": 1.0, "Anisotropic": 0.3})
+    assert any("coat" in what for what in notes) and any("anisotropy" in what for what in notes)
+
+
+def test_constants_are_folded():
+    def build(tree, output):
+        shader = node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"])
+        mix = node(tree, "ShaderNodeMixRGB", shader.inputs["Color"], Fac=0.5)
+        color = node(tree, "ShaderNodeRGB", mix.inputs[1])
+        color.outputs[0].default_value = (0.2, 0.4, 0.6, 1.0)
+        value = tree.nodes.new("ShaderNodeValue")
+        value.outputs[0].default_value = 0.1
+        double = tree.nodes.new("ShaderNodeMath")
+        double.operation = "MULTIPLY"
+        double.inputs[1].default_value = 2.0
+        tree.links.new(value.outputs[0], double.inputs[0])
+        reroute = tree.nodes.new("NodeReroute")
+        tree.links.new(double.outputs[0], reroute.inputs[0])
+        tree.links.new(reroute.outputs[0], mix.inputs[2])
+    steps, notes, _ = exported(build)
+    check(steps, ("diffuse", (0.2, 0.3, 0.4), {}))
+    assert not notes
+
+
+def test_groups_and_muted_nodes():
+    group = bpy.data.node_groups.new("group", "ShaderNodeTree")
+    if hasattr(group, "interface"):
+        group.interface.new_socket("Tone", in_out="INPUT", socket_type="NodeSocketColor")
+        group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    else:
+        group.inputs.new("NodeSocketColor", "Tone")
+        group.outputs.new("NodeSocketShader", "Shader")
+    start, end = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+    shader = node(group, "ShaderNodeBsdfDiffuse", end.inputs[0])
+    bright = group.nodes.new("ShaderNodeBrightContrast")
+    bright.mute = True
+    group.links.new(start.outputs[0], bright.inputs["Color"])
+    group.links.new(bright.outputs[0], shader.inputs["Color"])
+
+    def build(tree, output):
+        user = tree.nodes.new("ShaderNodeGroup")
+        user.node_tree = group
+        user.inputs[0].default_value = (0.3, 0.2, 0.1, 1.0)
+        tree.links.new(user.outputs[0], output.inputs["Surface"])
+    steps, notes, _ = exported(build)
+    check(steps, ("diffuse", (0.3, 0.2, 0.1), {}))
+    assert not notes
+
+
+def test_textures_are_named_and_the_socket_counts():
+    def build(tree, output):
+        shader = node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"], Color=(0.3, 0.2, 0.1))
+        node(tree, "ShaderNodeTexNoise", shader.inputs["Color"]).name = "Clouds"
+        node(tree, "ShaderNodeBump", shader.inputs["Normal"])
+        node(tree, "ShaderNodeDisplacement", output.inputs["Displacement"])
+    steps, notes, _ = exported(build)
+    check(steps, ("diffuse", (0.3, 0.2, 0.1), {}))
+    for words in (("Clouds", "Color"), ("Bump", "Normal"), ("displacement",)):
+        assert any(all(word in what for word in words) for what in notes), notes
+
+
+def test_two_coats_are_named():
+    def build(tree, output):
+        mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"])
+        node(tree, "ShaderNodeBsdfPrincipled", mix.inputs[1], Roughness=0.2)
+        node(tree, "ShaderNodeBsdfPrincipled", mix.inputs[2], Roughness=0.6)
+    steps, notes, _ = exported(build)
+    assert [s[0] for s in steps].count("layer_specular") == 1 and steps[-1][0] == "diffuse"
+    assert any("approximately" in what for what in notes)
+
+
+def test_without_nodes_and_without_material():
+    plain = bpy.data.materials.new("plain")
+    plain.diffuse_color = (0.1, 0.2, 0.3, 1.0)
+    if bpy.app.version < (5, 0, 0):
+        plain.use_nodes = False
+    else:
+        plain.node_tree.nodes.clear()
+        shader = node(plain.node_tree, "ShaderNodeBsdfDiffuse", Color=(0.1, 0.2, 0.3))
+        plain.node_tree.links.new(shader.outputs[0], plain.node_tree.nodes.new("ShaderNodeOutputMaterial").inputs[0])
+    add("plain", square(materials=(plain,)))
+    add("bare", square())
+    add("empty slot", square(materials=(None,)))
+    scene = export()
+    check(program(scene, "plain"), ("diffuse", (0.1, 0.2, 0.3), {}))
+    check(program(scene, "default"), ("diffuse", 0.8, {}))
+    assert len(scene.material_first) == 3
+
+
+def test_output_without_a_shader_is_black():
+    assert exported(lambda tree, output: None)[0] == []
+
+
+def test_output_for_cycles_counts():
+    def build(tree, output):
+        node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"], Color=(1.0, 0.0, 0.0))
+        output.target = "EEVEE"
+        other = tree.nodes.new("ShaderNodeOutputMaterial")
+        other.target = "CYCLES"
+        node(tree, "ShaderNodeBsdfDiffuse", other.inputs["Surface"], Color=(0.0, 1.0, 0.0))
+    check(exported(build)[0], ("diffuse", (0, 1, 0), {}))
+
+
+def test_metallic_node():
+    if not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
+        return  # versions before 4.3
+    steps, _ = surface("ShaderNodeBsdfMetallic", "GGX", Base_Color=(0.9, 0.7, 0.3), Edge_Tint=(1.0, 0.9, 0.8), Roughness=0.2)
+    check(steps, ("metal", 1, {"roughness": 0.2} | rgb("f0", 0.9, 0.7, 0.3) | rgb("f82", 1.0, 0.9, 0.8)))
+
+
+run_all(sys.modules[__name__])
