@@ -61,7 +61,7 @@ def shader_material(name, *nodes, factor=None):
     if factor is not None:
         mix = tree.nodes.new("ShaderNodeMixShader")
         mix.inputs[0].default_value = factor
-        for node, socket in zip(made, list(mix.inputs)[1:]):
+        for node, socket in zip(made, list(mix.inputs)[1:], strict=False):
             tree.links.new(node.outputs[0], socket)
         made = [mix]
     tree.links.new(made[0].outputs[0], output.inputs["Surface"])
@@ -123,7 +123,8 @@ def new_mesh(name, vertices, faces, smooth=False):
 def box_mesh(name="box"):
     """A unit cube standing on z = 0."""
     vertices = [(x, y, z) for z in (0, 1) for y in (-0.5, 0.5) for x in (-0.5, 0.5)]
-    return new_mesh(name, vertices, [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)])
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return new_mesh(name, vertices, faces)
 
 
 def quad(name, corners, material):
@@ -175,7 +176,8 @@ def ceiling_lamp(strength, width=0.62, depth=0.5, y=0.0):
     metal = diffuse("frame", (0.30, 0.29, 0.28))
     for name, place, size in (("frame left", (x0 - 0.01, y), (0.02, depth + 0.04)),
                               ("frame right", (x1 + 0.01, y), (0.02, depth + 0.04)),
-                              ("frame front", (0, y0 - 0.01), (width, 0.02)), ("frame back", (0, y1 + 0.01), (width, 0.02))):
+                              ("frame front", (0, y0 - 0.01), (width, 0.02)),
+                              ("frame back", (0, y1 + 0.01), (width, 0.02))):
         new_object(name, frame, metal, (*place, 1.965), scale=(*size, 0.0349))
 
 
@@ -248,7 +250,8 @@ def torus_box():
     # Two rings through each other, one lying, one standing in it; a small one of glass in front.
     subdivide(new_object("ceramic ring", ring, ceramic, (-0.20, 0.16, 0.13)), 2)
     subdivide(new_object("gold ring", ring, gold, (0.20, 0.24, 0.55), (math.radians(90), 0, math.radians(24))), 2)
-    subdivide(new_object("glass ring", ring, glass("glass", (0.86, 0.95, 0.93)), (0.44, -0.50, 0.0651), scale=(0.5, 0.5, 0.5)), 2)
+    subdivide(new_object("glass ring", ring, glass("glass", (0.86, 0.95, 0.93)), (0.44, -0.50, 0.0651),
+                         scale=(0.5, 0.5, 0.5)), 2)
     front_camera()
 
 
@@ -302,9 +305,10 @@ def instances():
     )
     golden = math.pi * (3.0 - math.sqrt(5.0))
     for first, last, size, tilt, material in rings:
-        radii = [0.0245 * math.sqrt(n + 0.5) for n in range(first, last)]
-        points = [(r * math.cos(n * golden), r * math.sin(n * golden), 0.0) for n, r in zip(range(first, last), radii)]
-        spiral = new_object(f"spiral {material.name}", new_mesh(f"spiral {material.name}", points, []), collection=flower)
+        polar = [(0.0245 * math.sqrt(n + 0.5), n * golden) for n in range(first, last)]
+        points = [(r * math.cos(angle), r * math.sin(angle), 0.0) for r, angle in polar]
+        name = f"spiral {material.name}"
+        spiral = new_object(name, new_mesh(name, points, []), collection=flower)
         spiral.instance_type, spiral.use_instance_vertices_rotation = "VERTS", True
         spiral.location.z = 0.03 + 0.10 * (1.0 - first / 1200.0)
         petal = new_object(f"petal {material.name}", petal_mesh(tilt), material, scale=(size, size, size),

@@ -80,7 +80,7 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
         used |= 1 << int(op)
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u", f"-DCLOSURES_USED={used}u"]
     if settings.precision == "fast":
-        return [*options, "-DISOPHOTE_FAST", "-cl-mad-enable"]
+        return [*options, "-DISOPHOTE_FAST"]
     if is_strict(device) is True:
         options.append("-cl-fp32-correctly-rounded-divide-sqrt")
     return options

@@ -7,11 +7,10 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
-import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as ProgressBar
@@ -21,7 +20,7 @@ from isophote.device import DeviceError, open_device
 from isophote.film import Film
 from isophote.images import ImageError, check_writable, write_image
 from isophote.passes import PASSES, check_passes, make_passes
-from isophote.scene import Scene, SceneError, load_scene
+from isophote.scene import Scene, SceneError, load_scene, resized
 from isophote.session import Progress, Session
 from isophote.settings import Settings
 
@@ -82,16 +81,6 @@ def open_scene(path: Path, frame, size, blender, console: Console) -> tuple[Scen
     else:
         raise SceneError(f"{path}: neither a .blend nor a .npz file")
     return scene, time.perf_counter() - started
-
-
-def resized(scene: Scene, size: tuple[int, int]) -> Scene:
-    """The scene at another size in pixels: what is seen from left to right stays, the height follows the aspect."""
-    left, right, bottom, top = scene.camera_window
-    old, new = scene.resolution[1] / scene.resolution[0], size[1] / size[0]
-    middle, half = (bottom + top) / 2, (top - bottom) / 2 * (new / old if scene.resolution.all() else 1.0)
-    arrays = scene.arrays | {"resolution": np.array(size, np.int32),
-                             "camera_window": np.array([left, right, middle - half, middle + half])}
-    return replace(scene, arrays=arrays)
 
 
 def render_job(job: Job, console: Console) -> dict:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +58,7 @@ FIELDS: dict[str, Field] = {
     "light_strength": Field("f8", ("L", 3), "colour times power: W, W/m^2 for suns"),
     "light_size": Field("f8", ("L", 2), "radius (point, spot), full angle in radians (sun), full sizes (area)"),
     "light_spot": Field("f8", ("L", 2), "full cone angle in radians, blend 0..1"),
-    "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS"),
+    "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK (kernels/scene_records.h)"),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
 }
@@ -169,3 +169,13 @@ def load_scene(path: str | Path) -> Scene:
     if missing:
         raise SceneError(f"{path}: scene without {', '.join(sorted(missing))}")
     return make_scene(head["names"], head["notes"], **arrays)
+
+
+def resized(scene: Scene, size: tuple[int, int]) -> Scene:
+    """The scene at another size in pixels: what is seen from left to right stays, the height follows the aspect."""
+    left, right, bottom, top = scene.camera_window
+    old, new = scene.resolution[1] / scene.resolution[0], size[1] / size[0]
+    middle, half = (bottom + top) / 2, (top - bottom) / 2 * (new / old if scene.resolution.all() else 1.0)
+    arrays = scene.arrays | {"resolution": np.array(size, np.int32),
+                             "camera_window": np.array([left, right, middle - half, middle + half])}
+    return replace(scene, arrays=arrays)

@@ -40,7 +40,7 @@ FN real2 sample_disk(real2 u) {
   return make_real2(r * phi.y, r * phi.x);
 }
 
-/* Blender's spot: 0 outside the cone, a smooth step towards its edge. */
+/* A lamp's light as a function of direction: Blender's spot is 0 outside the cone, a smooth step towards its edge. */
 FN real spot_falloff(Light l, real cos_axis) {
   real x = clamp01((cos_axis - to_real(l.spot_cos)) * to_real(l.spot_smooth));
   return l.kind == LIGHT_SPOT ? x * x * (REAL(3.0) - REAL(2.0) * x) : REAL(1.0);
@@ -67,25 +67,34 @@ FN LightSample sample_light(Light l, real3 p, real2 u) {
   r.flags = l.flags;
   r.instance = is_triangle ? l.instance : NONE;
   r.primitive = is_triangle ? l.primitive : NONE;
+  int is_disk = is_ball & ((l.flags & LIGHT_DISK) != 0u);
   if (is_sun | is_ball) {
     real3 to = center - p;
     real d2 = is_sun ? REAL(1.0) : dot3(to, to);
     real d = sqrt(d2);
     real3 toward = select3(is_sun, zero3() - axis, to * (REAL(1.0) / d));
     int sharp = size_u <= REAL(0.0);
-    int inside = is_ball & (d2 <= size_u * size_u);
+    int inside = is_ball & !is_disk & (d2 <= size_u * size_u);
     /* size_v of a sun holds 1 - cos of its half angle */
     real cone = is_sun ? size_v : cone_of_sphere(size_u, d2);
     real3 drawn = sample_cone(toward, sharp ? REAL(0.0) : cone, u);
+    /* A point of the disk: |to| stays its height, so the cosine on the disk is d / distance. */
+    real2 disk = sample_disk(u);
+    Frame facing = make_frame(toward);
+    real3 on_disk = to + facing.x * (size_u * disk.x) + facing.y * (size_u * disk.y);
+    real disk_d2 = dot3(on_disk, on_disk);
+    real disk_d = sqrt(disk_d2);
+    drawn = select3(is_disk, on_disk * (REAL(1.0) / disk_d), drawn);
     r.direction = select3(sharp, toward, drawn);
     real along = dot3(to, r.direction);
     real3 miss = to - r.direction * along;
     real t = along - safe_sqrt(size_u * size_u - dot3(miss, miss));
-    r.distance = is_sun ? FAR_AWAY : (sharp ? d : t);
+    r.distance = is_sun ? FAR_AWAY : (sharp ? d : (is_disk ? disk_d : t));
     real falloff = spot_falloff(l, -dot3(r.direction, axis));
     real inverse_square = is_sun ? REAL(1.0) : REAL(1.0) / d2;
     r.radiance = radiance * (falloff * (sharp ? inverse_square : REAL(1.0)));
-    r.pdf = inside ? REAL(0.0) : (sharp ? chance : chance / (TWO_PI * cone));
+    real solid = is_disk ? PI * size_u * size_u * d / (disk_d2 * disk_d) : TWO_PI * cone;
+    r.pdf = inside ? REAL(0.0) : (sharp ? chance : chance / solid);
     r.can_be_hit = !sharp;
   } else {
     real2 disk = sample_disk(u);
@@ -110,6 +119,8 @@ FN LightSample sample_light(Light l, real3 p, real2 u) {
     r.can_be_hit = 1;
   }
   r.can_be_hit = r.can_be_hit & !(l.flags & LIGHT_NO_MIS);
+  /* A lamp without shadows: a shadow ray of no length meets nothing. */
+  r.distance = (l.flags & LIGHT_NO_SHADOW) ? REAL(0.0) : r.distance;
   return r;
 }
 
@@ -137,9 +148,17 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
   } else if (is_ball) {
     SphereHit h = sphere_hit(center, size_u, ray.origin, ray.direction);
     real d2 = dot3(to, to);
-    r.hit = wanted & h.hit & (d2 > size_u * size_u) & (h.t_near > ray.t_min) & (h.t_near < t_max);
+    int is_disk = (l.flags & LIGHT_DISK) != 0u;
+    real along = dot3(to, ray.direction);
+    real disk_t = d2 / (along != REAL(0.0) ? along : REAL(1.0));
+    real3 off = ray.direction * disk_t - to;
+    int in_disk = (along > REAL(0.0)) & (dot3(off, off) <= size_u * size_u);
+    real t = is_disk ? disk_t : h.t_near;
+    int in_sphere = h.hit & (d2 > size_u * size_u);
+    r.hit = wanted & (is_disk ? in_disk : in_sphere) & (t > ray.t_min) & (t < t_max);
     r.radiance = r.radiance * spot_falloff(l, cos_axis);
-    r.pdf = chance / (TWO_PI * cone_of_sphere(size_u, d2));
+    real solid = is_disk ? PI * size_u * size_u * sqrt(d2) / (disk_t * disk_t * disk_t) : TWO_PI * cone_of_sphere(size_u, d2);
+    r.pdf = chance / solid;
   } else {
     real t = -dot3(to, axis) / (cos_axis != REAL(0.0) ? cos_axis : REAL(1.0));
     real3 on_plane = ray.direction * t - to;

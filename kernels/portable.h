@@ -1,8 +1,11 @@
 /* The only file that asks which compiler reads it: OpenCL C 1.2, or C++20 (clang or g++).
  *
  * Kernels are written in the common part of both: functions take and return values, only scene
- * arrays are GLOBAL pointers, every float literal carries an f, selects instead of branches where a
- * loop shall vectorise.  `real` is float, or double in the reference build (C++ only). */
+ * arrays are GLOBAL pointers, every literal stands in REAL(), selects instead of branches where a loop
+ * shall vectorise. `real` is float, or double in the reference build (C++ only).
+ *
+ * STRICT_FP is the first statement of functions that keep their bits in fast builds too (ISOPHOTE_FAST,
+ * where the compiler may fuse multiplications and additions): hits and where rays start. */
 #ifndef ISOPHOTE_PORTABLE_H
 #define ISOPHOTE_PORTABLE_H
 
@@ -11,6 +14,7 @@
 #ifndef ISOPHOTE_FAST
 #pragma OPENCL FP_CONTRACT OFF
 #endif
+#define STRICT_FP _Pragma("OPENCL FP_CONTRACT OFF")
 #define GLOBAL __global
 #define CONSTANT __constant
 #define FN static inline
@@ -35,6 +39,11 @@ typedef float2 real2;
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#ifdef __clang__
+#define STRICT_FP _Pragma("clang fp contract(off)")
+#else
+#define STRICT_FP
+#endif
 #define GLOBAL
 #define CONSTANT static const
 #define FN static inline __attribute__((always_inline))

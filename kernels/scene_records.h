@@ -118,6 +118,7 @@ typedef struct {
 #define LIGHT_TRIANGLE 5 /* made from emissive triangles when the scene is prepared */
 #define LIGHT_NO_SHADOW 1u
 #define LIGHT_NO_MIS 2u
+#define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
 typedef struct {
   int kind;
   uint flags;

@@ -12,6 +12,7 @@ typedef struct {
 
 /* direction must be unit length. */
 FN SphereHit sphere_hit(real3 center, real radius, real3 origin, real3 direction) {
+  STRICT_FP
   SphereHit h;
   real3 f = origin - center;
   real b = -dot3(f, direction);

@@ -88,6 +88,7 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
 /* Waechter and Binder 2019 start rays off the surface by a fixed number of float steps; here the step is
  * the error bound of the hit, so it scales with the scene. */
 FN real3 offset_origin(Surface s, real3 direction) {
+  STRICT_FP
   real side = dot3(s.ng, direction) < REAL(0.0) ? -s.offset : s.offset;
   return s.p + s.ng * side;
 }

@@ -17,6 +17,7 @@ FN real3 permute(real3 v, int axis) {
 }
 
 FN Shear make_shear(real3 direction) {
+  STRICT_FP
   Shear s;
   real3 a = abs3(direction);
   s.axis = a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);
@@ -35,6 +36,7 @@ typedef struct {
 /* Edges are tested with the signs of U, V, W; equal products of shared edges make neighbours agree,
  * so no ray slips through between them, and an edge on the ray counts as hit from both sides. */
 FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, Shear s) {
+  STRICT_FP
   real3 a = permute(v0 - origin, s.axis);
   real3 b = permute(v1 - origin, s.axis);
   real3 c = permute(v2 - origin, s.axis);

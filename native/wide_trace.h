@@ -75,6 +75,7 @@ FN Float4 corner(const TriangleBlock &b, int c, int axis) { return *reinterpret_
 
 /* Which triangles of a block the ray's line may hit within (t_min, t_max): triangle_hit's arithmetic. */
 FN unsigned candidates(const TriangleBlock &b, const LocalRay &r, float t_min, float t_max) {
+  STRICT_FP
   int z = r.shear.axis, x = z == 2 ? 0 : z + 1, y = z == 0 ? 2 : z - 1;
   float o[3] = {r.origin.x, r.origin.y, r.origin.z};
   Float4 az = corner(b, 0, z) - o[z], bz = corner(b, 1, z) - o[z], cz = corner(b, 2, z) - o[z];

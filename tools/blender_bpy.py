@@ -87,6 +87,9 @@ class Runner:
         import addon_utils
 
         for name in self.value().split(","):
+            if name.startswith("bl_ext."):  # extensions and their wheels are found once this is on
+                addon_utils.enable("bl_pkg")
+                addon_utils.extensions_refresh()
             if addon_utils.enable(name) is None:
                 raise RunnerError(f"add-on {name} cannot be enabled")
 

@@ -51,7 +51,7 @@ def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
     if not gatherer.instances:
         return {}
-    meshes, matrices, slots, visibility, _ = zip(*gatherer.instances)
+    meshes, matrices, slots, visibility, _ = zip(*gatherer.instances, strict=False)
     return {
         "instance_mesh": np.array(meshes, np.uint32),
         "instance_to_world": np.stack(matrices),
@@ -64,7 +64,7 @@ def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
 def join_spheres(spheres: list[tuple]) -> dict[str, np.ndarray]:
     if not spheres:
         return {}
-    centres, radii, materials, visibility, _ = zip(*spheres)
+    centres, radii, materials, visibility, _ = zip(*spheres, strict=False)
     return {
         "sphere_center": np.stack(centres),
         "sphere_radius": np.array(radii, np.float64),
@@ -78,7 +78,7 @@ def join_programs(programs: list[list[tuple]]) -> dict[str, np.ndarray]:
     arrays = {"material_first": np.cumsum([0] + [len(p) for p in programs]).astype(np.uint32)}
     instructions = [i for program in programs for i in program]
     if instructions:
-        operations, weights, params = zip(*instructions)
+        operations, weights, params = zip(*instructions, strict=False)
         arrays["instruction_op"] = np.array(operations, np.int32)
         arrays["instruction_weight"] = np.array(weights, np.float32)
         arrays["instruction_params"] = np.array(params, np.float32)

@@ -74,7 +74,7 @@ def ior(values, node, stack) -> float:
 
 
 def rgb(name: str, color) -> dict[str, float]:
-    return {f"{name}_{c}": float(v) for c, v in zip("rgb", color)}
+    return {f"{name}_{c}": float(v) for c, v in zip("rgb", color, strict=False)}
 
 
 def note_normal(values, node) -> None:

@@ -148,7 +148,8 @@ class Gatherer:
         """What an object has besides its surface and that is left out."""
         if ob.is_shadow_catcher and ob.type != "LIGHT":
             self.notes.add("object", ob.name, "shadow catchers are not supported: rendered as a usual object")
-        if not instance.is_instance and (ob.is_holdout or ob.original.holdout_get(view_layer=self.depsgraph.view_layer)):
+        in_holdout = not instance.is_instance and ob.original.holdout_get(view_layer=self.depsgraph.view_layer)
+        if ob.is_holdout or in_holdout:
             self.notes.add("object", ob.name, "holdouts are not supported: rendered as a usual object")
         linking = getattr(ob, "light_linking", None)
         if linking is not None and (linking.receiver_collection or linking.blocker_collection):

@@ -16,7 +16,7 @@ from .. import compat
 from .nodes import Values, find_input, source_of
 
 POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
-NO_SHADOW, NO_MIS = 1, 2
+NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
 
 
 @dataclass
@@ -54,14 +54,13 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     to_world[:, 3] = matrix[:3, 3] - origin
     flags = 0 if compat.casts_shadow(light) else NO_SHADOW
     flags |= 0 if getattr(cycles, "use_multiple_importance_sampling", True) else NO_MIS
+    flags |= FACING_DISK if kind in (POINT, SPOT) and compat.soft_falloff(light) else 0
     if not np.any(strength):
         return None
     return Lamp(ob.name, kind, to_world, strength, size, spot, flags, visibility)
 
 
 def point_shape(light, lengths, values):
-    if light.shadow_soft_size > 0.0 and compat.soft_falloff(light):
-        values.note("soft falloff is not supported: rendered as a sphere (differs close to the lamp)")
     return POINT, (light.shadow_soft_size, 0.0), (0.0, 0.0)
 
 

@@ -66,10 +66,10 @@ def join_meshes(meshes: list[MeshArrays]) -> dict[str, np.ndarray]:
         return {"mesh_triangles": np.zeros(1, np.uint32)}
     first_vertex = np.cumsum([0] + [len(m.vertices) for m in meshes])
     smooth = [m.normals is not None for m in meshes]
-    first_normal = np.cumsum([0] + [len(m.triangles) if s else 0 for m, s in zip(meshes, smooth)])
+    first_normal = np.cumsum([0] + [len(m.triangles) if s else 0 for m, s in zip(meshes, smooth, strict=False)])
     arrays = {
         "vertices": np.concatenate([m.vertices for m in meshes]),
-        "triangles": np.concatenate([m.triangles + np.uint32(v) for m, v in zip(meshes, first_vertex)]),
+        "triangles": np.concatenate([m.triangles + np.uint32(v) for m, v in zip(meshes, first_vertex, strict=False)]),
         "triangle_slots": np.concatenate([m.slots for m in meshes]),
         "mesh_triangles": np.cumsum([0] + [len(m.triangles) for m in meshes]).astype(np.uint32),
         "mesh_normals": np.where(smooth, first_normal[:-1], -1).astype(np.int32),

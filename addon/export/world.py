@@ -53,7 +53,7 @@ def background_color(values: Values, node, stack) -> np.ndarray:
     if source.node is not None and source.node.bl_idname == "ShaderNodeTexEnvironment":
         average = picture_average(source.node.image)
         if average is not None:
-            values.note(f"{source.node.name} ({source.node.bl_idname}): pictures are not supported, its average is used")
+            values.note(f"{source.node.name} ({source.node.bl_idname}): not supported, the picture's average is used")
             return average
     return values.color(node, stack, "Color")
 

@@ -36,46 +36,56 @@
 /* X(number, name): layer_NAME exists; multiplies the weight of what follows in the program. */
 #define LAYERS(X) X(OP_LAYER_SPECULAR, specular)
 
+/* Operations that the scene's programs hold, as bits: what is not used is not compiled (OpenCL). */
+#ifndef CLOSURES_USED
+#define CLOSURES_USED 0xffffffffu
+#endif
+#define IS_USED(number) ((CLOSURES_USED >> (number)) & 1u)
+
 /* One switch for devices where each path may be at another closure. */
 FN BsdfValue eval_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
   switch (c.op) {
 #define X(number, name, labels) \
-  case number: return eval_##name(c, backfacing, tables, wo, wi);
+  case number: if (IS_USED(number)) return eval_##name(c, backfacing, tables, wo, wi); break;
     CLOSURES(X)
 #undef X
-    default: return make_value(zero3(), REAL(0.0));
+    default: break;
   }
+  return make_value(zero3(), REAL(0.0));
 }
 
 FN BsdfSample sample_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo,
                              real u_choice, real2 u) {
   switch (c.op) {
 #define X(number, name, labels) \
-  case number: return sample_##name(c, backfacing, tables, wo, u_choice, u);
+  case number: if (IS_USED(number)) return sample_##name(c, backfacing, tables, wo, u_choice, u); break;
     CLOSURES(X)
 #undef X
-    default: return make_sample(zero3(), zero3(), 0, 0, 0);
+    default: break;
   }
+  return make_sample(zero3(), zero3(), 0, 0, 0);
 }
 
 FN real3 albedo_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
   switch (c.op) {
 #define X(number, name, labels) \
-  case number: return albedo_##name(c, backfacing, tables, wo);
+  case number: if (IS_USED(number)) return albedo_##name(c, backfacing, tables, wo); break;
     CLOSURES(X)
 #undef X
-    default: return zero3();
+    default: break;
   }
+  return zero3();
 }
 
 FN real3 layer_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
   switch (c.op) {
 #define X(number, name) \
-  case number: return layer_##name(c, backfacing, tables, wo);
+  case number: if (IS_USED(number)) return layer_##name(c, backfacing, tables, wo); break;
     LAYERS(X)
 #undef X
-    default: return splat3(REAL(1.0));
+    default: break;
   }
+  return splat3(REAL(1.0));
 }
 
 #endif

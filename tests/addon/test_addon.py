@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The add-on in real Blenders: registering, results, passes, regions, errors, cancelling."""
 
+from pathlib import Path
+
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+
+TURNING_CUBE = Path(__file__).parent / "scenarios" / "turning_cube.py"
 
 
 def read(path) -> dict[str, np.ndarray]:
@@ -98,9 +102,8 @@ def test_render_without_camera_fails_visibly(host):
 
 
 def test_animation_from_the_command_line(host):
-    scenario = __file__.replace("test_addon.py", "scenarios/turning_cube.py")
-    done = host.run("--python", scenario, "-E", "ISOPHOTE", "-o", str(host.folder / "frame_##"), "-F", "PNG",
-                    "-s", "1", "-e", "2", "-a")
+    done = host.run("--python", str(TURNING_CUBE), "-E", "ISOPHOTE", "-o", str(host.folder / "frame_##"), "-F", "PNG",
+                    "-s", "1", "-e", "2", "-a", "--", str(host.folder))
     assert done.returncode == 0, done.stdout
     first, second = (oiio.ImageBuf(str(host.folder / f"frame_0{n}.png")).get_pixels() for n in (1, 2))
     assert first.shape == second.shape == (48, 64, first.shape[2])
@@ -109,8 +112,8 @@ def test_animation_from_the_command_line(host):
 
 
 def test_metadata_says_how_it_was_made(host):
-    scenario = __file__.replace("test_addon.py", "scenarios/turning_cube.py")
-    done = host.run("--python", scenario, "-o", str(host.folder / "still_#"), "-F", "PNG", "-f", "1")
+    done = host.run("--python", str(TURNING_CUBE), "-o", str(host.folder / "still_#"), "-F", "PNG", "-f", "1", "--",
+                    str(host.folder))
     assert done.returncode == 0, done.stdout
     spec = oiio.ImageInput.open(str(host.folder / "still_1.png")).spec()
     fields = {attribute.name: attribute.value for attribute in spec.extra_attribs}

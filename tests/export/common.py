@@ -107,7 +107,8 @@ def program(scene, name):
     read = []
     for k in steps:
         operation, params = NAMES[int(scene.instruction_op[k])]
-        read.append((operation, scene.instruction_weight[k], dict(zip(params, scene.instruction_params[k].tolist()))))
+        constants = dict(zip(params, scene.instruction_params[k].tolist(), strict=False))  # they are padded
+        read.append((operation, scene.instruction_weight[k], constants))
     return read
 
 

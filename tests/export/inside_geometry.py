@@ -73,7 +73,7 @@ def test_slots_on_mesh_and_object():
     assert scene.triangle_slots.tolist() == [1, 1, 0, 0]
     names = scene.names["materials"]
     used = {name: [names[scene.slot_materials[first + k]] for k in range(2)]
-            for name, first in zip(scene.names["instances"], scene.instance_slots)}
+            for name, first in zip(scene.names["instances"], scene.instance_slots, strict=False)}
     assert used == {"first": ["red", "green"], "second": ["red", "blue"], "third": ["red", "green"]}
     assert len(scene.slot_materials) == 4  # equal lists are kept once
 
@@ -107,10 +107,10 @@ def test_vertex_instances_and_particles_are_instances():
     emitter = add("emitter", square(), (0, 0, -9))
     system = emitter.modifiers.new("p", "PARTICLE_SYSTEM").particle_system.settings
     system.type, system.count = "HAIR", 50
-    system.render_type, system.instance_object = "OBJECT", bpy.data.objects["child"]
+    system.render_type, system.instance_object = "OBJECT", add("leaf", cube(), (9, 9, 9))
     scene = export()
     counts = np.bincount(scene.instance_mesh)
-    assert sorted(counts.tolist()) == [1, 350] and len(scene.triangles) == 14
+    assert sorted(counts.tolist()) == [1, 51, 300] and len(scene.triangles) == 26
 
 
 def test_geometry_node_instances():
@@ -163,7 +163,8 @@ def test_hidden_objects_and_ray_visibility():
     for name in ("camera", "diffuse", "glossy", "transmission", "shadow"):
         setattr(nothing, f"visible_{name}", False)
     scene = export()
-    assert dict(zip(scene.names["instances"], scene.instance_visibility.tolist())) == {"seen": 31, "part": 2 + 4 + 8}
+    seen = dict(zip(scene.names["instances"], scene.instance_visibility.tolist(), strict=True))
+    assert seen == {"seen": 31, "part": 2 + 4 + 8}
 
 
 def test_zero_scale_is_kept():

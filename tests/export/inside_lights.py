@@ -46,7 +46,7 @@ def test_area_shapes_scale_with_the_object():
         add(shape, lamp("AREA", shape=shape, size=2.0, size_y=0.5), scale=(3, 2, 1))
     scene = export()
     found = {name: (kind, *size) for name, kind, size in
-             zip(scene.names["lights"], scene.light_kind.tolist(), scene.light_size.round(5).tolist())}
+             zip(scene.names["lights"], scene.light_kind.tolist(), scene.light_size.round(5).tolist(), strict=False)}
     assert found == {"SQUARE": (3, 6, 4), "RECTANGLE": (3, 6, 1), "DISK": (4, 6, 4), "ELLIPSE": (4, 6, 1)}
     near(scene.light_strength, [np.array((20, 10, 5)) * AREA_UNIT] * 4)
     near(np.linalg.norm(scene.light_to_world[:, :, :3], axis=1), np.ones((4, 3)))
@@ -56,7 +56,7 @@ def test_lamps_are_hidden_from_the_camera_unless_asked():
     add("hidden", lamp("POINT"))
     add("seen", lamp("POINT")).visible_camera = True
     scene = export()
-    assert dict(zip(scene.names["lights"], scene.light_visibility.tolist())) == {"hidden": 30, "seen": 31}
+    assert dict(zip(scene.names["lights"], scene.light_visibility.tolist(), strict=False)) == {"hidden": 30, "seen": 31}
 
 
 def test_flags():
@@ -68,7 +68,7 @@ def test_flags():
     add("no shadow", data)
     add("no mis", lamp("POINT")).data.cycles.use_multiple_importance_sampling = False
     scene = export()
-    assert dict(zip(scene.names["lights"], scene.light_flags.tolist())) == {"no shadow": 1, "no mis": 2}
+    assert dict(zip(scene.names["lights"], scene.light_flags.tolist(), strict=False)) == {"no shadow": 1, "no mis": 2}
 
 
 def test_emission_node():
@@ -88,7 +88,7 @@ def test_temperature_exposure_and_normalize():
     add("warm", lamp("POINT", use_temperature=True, temperature=3000))
     add("plain", lamp("AREA", normalize=False, size=2.0, shape="SQUARE"))
     scene = export()
-    strength = dict(zip(scene.names["lights"], scene.light_strength))
+    strength = dict(zip(scene.names["lights"], scene.light_strength, strict=False))
     near(strength["exposed"], (80, 40, 20))
     near(strength["plain"], np.array((20, 10, 5)) * 4.0)
     assert strength["warm"][0] / strength["warm"][2] > 6.0

@@ -31,14 +31,14 @@ def surface(kind, distribution=None, **inputs):
 def check(steps, *wanted):
     """Compare with [(operation, weight, {parameter: value})]; parameters not given may be anything."""
     assert [s[0] for s in steps] == [w[0] for w in wanted], steps
-    for (_, weight, params), (_, want_weight, want_params) in zip(steps, wanted):
+    for (_, weight, params), (_, want_weight, want_params) in zip(steps, wanted, strict=False):
         near(weight, np.broadcast_to(want_weight, 3))
         for name, value in want_params.items():
             near(params[name], value)
 
 
 def rgb(name, *color):
-    return {f"{name}_{c}": v for c, v in zip("rgb", color)}
+    return {f"{name}_{c}": v for c, v in zip("rgb", color, strict=False)}
 
 
 def test_diffuse():
@@ -244,7 +244,8 @@ def test_output_for_cycles_counts():
 def test_metallic_node():
     if not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
         return  # versions before 4.3
-    steps, _ = surface("ShaderNodeBsdfMetallic", "GGX", Base_Color=(0.9, 0.7, 0.3), Edge_Tint=(1.0, 0.9, 0.8), Roughness=0.2)
+    steps, _ = surface("ShaderNodeBsdfMetallic", "GGX", Base_Color=(0.9, 0.7, 0.3), Edge_Tint=(1.0, 0.9, 0.8),
+                       Roughness=0.2)
     check(steps, ("metal", 1, {"roughness": 0.2} | rgb("f0", 0.9, 0.7, 0.3) | rgb("f82", 1.0, 0.9, 0.8)))
 
 

@@ -1,0 +1,1 @@
+"""Benchmarks and comparisons: programs that print rows of JSON. Run them from the root, `python -m bench.NAME`."""

@@ -1,0 +1,208 @@
+"""Small scenes made with numpy, and films of them, for tests that need no Blender."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bench.parity import expose, full_frame
+from isophote.device import open_device
+from isophote.film import Film
+from isophote.materials import PARAMS, make_instruction
+from isophote.passes import PASSES, planes_for
+from isophote.prepare import Prepared, prepare
+from isophote.scene import Scene, make_scene
+from isophote.settings import Settings
+from isophote.validate import clean, validate
+
+EVERY_PASS = tuple(PASSES)
+CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, ALL = 1, 2, 4, 8, 16, 31  # kinds of rays
+POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
+
+
+# ------------------------------------------------------------------ transforms and shapes
+
+
+def look_at(position, target, up=(0, 0, 1)) -> np.ndarray:
+    """(3, 4) rigid matrix at `position` whose -z points to the target."""
+    position = np.asarray(position, float)
+    z = position - np.asarray(target, float)
+    z /= np.linalg.norm(z)
+    x = np.cross(up, z)
+    if np.linalg.norm(x) < 1e-6:
+        x = np.cross((0, 1, 0), z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z, position], axis=1)
+
+
+def place(position=(0, 0, 0), scale=(1, 1, 1), angle=0.0) -> np.ndarray:
+    """(3, 4) matrix: scales, turns about z, moves. Negative scales mirror."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    return np.concatenate([turn * np.broadcast_to(scale, 3), np.reshape(position, (3, 1))], axis=1)
+
+
+def quad(center, u, v) -> tuple[np.ndarray, np.ndarray]:
+    """(vertices, triangles) of the parallelogram center +- u +- v; its front looks along u x v."""
+    c, u, v = (np.asarray(a, float) for a in (center, u, v))
+    return np.array([c - u - v, c + u - v, c + u + v, c - u + v]), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def join(*parts) -> tuple[np.ndarray, np.ndarray]:
+    """One mesh of several (vertices, triangles)."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    return (np.concatenate([vertices for vertices, _ in parts]),
+            np.concatenate([triangles + start for (_, triangles), start in zip(parts, starts, strict=False)]))
+
+
+def box(center=(0, 0, 0), half=(1, 1, 1)) -> tuple[np.ndarray, np.ndarray]:
+    """An axis-aligned box, 12 triangles that look outwards, sides in the order -x +x -y +y -z +z."""
+    sides = []
+    for axis in range(3):
+        for sign in (-1, 1):
+            along, u, v = np.zeros((3, 3))
+            along[axis] = sign * np.broadcast_to(half, 3)[axis]
+            u[(axis + 1) % 3] = np.broadcast_to(half, 3)[(axis + 1) % 3]
+            v[(axis + 2) % 3] = sign * np.broadcast_to(half, 3)[(axis + 2) % 3]
+            sides.append(quad(np.asarray(center) + along, u, v))
+    return join(*sides)
+
+
+def ball(center=(0, 0, 0), radius=1.0, rings=8) -> tuple[np.ndarray, np.ndarray]:
+    """A sphere of triangles (rings x 2 rings), looking outwards, its poles on z, without seams."""
+    theta = np.linspace(0, np.pi, rings + 1)[1:-1]
+    phi = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
+    t, p = np.meshgrid(theta, phi, indexing="ij")
+    around = np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=-1).reshape(-1, 3)
+    vertices = np.concatenate([around, [[0, 0, 1], [0, 0, -1]]])
+    n, triangles = 2 * rings, []
+    north, south, last = len(around), len(around) + 1, (rings - 2) * n
+    for k in range(n):
+        following = (k + 1) % n
+        triangles += [[north, k, following], [south, last + following, last + k]]
+        for ring in range(rings - 2):
+            a, b = ring * n, (ring + 1) * n
+            triangles += [[a + k, b + k, b + following], [a + k, b + following, a + following]]
+    return np.asarray(center) + radius * vertices, np.array(triangles)
+
+
+# ------------------------------------------------------------------ building
+
+
+def program(*steps) -> list:
+    """A material's instructions, of (operation, weight, {constants}); weights may be one number."""
+    return [make_instruction(name, np.broadcast_to(weight, 3), **(constants[0] if constants else {}))
+            for name, weight, *constants in steps]
+
+
+def diffuse(albedo=1.0) -> list:
+    return program(("diffuse", albedo))
+
+
+def emission(radiance=1.0) -> list:
+    return program(("emission", radiance))
+
+
+@dataclass
+class Builder:
+    """Collects a scene piece by piece; `make` returns it. The camera looks along -z from the origin by default."""
+
+    size: tuple[int, int] = (16, 16)
+    materials: list = field(default_factory=list)
+    meshes: list = field(default_factory=list)
+    instances: list = field(default_factory=list)
+    spheres: list = field(default_factory=list)
+    lamps: list = field(default_factory=list)
+    world: object = 0.0
+    camera: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        self.look((0, 0, 0), (0, 0, -1))
+
+    def look(self, position, target, tangent=0.5, orthographic=False, clip=(1e-3, 1e4), up=(0, 0, 1)):
+        """The camera; `tangent` is half the frame's width at distance 1, or in metres for an orthographic one."""
+        tall = tangent * self.size[1] / self.size[0]
+        self.camera = dict(camera_kind=int(orthographic), camera_to_world=look_at(position, target, up),
+                           camera_clip=clip, camera_window=(-tangent, tangent, -tall, tall))
+
+    def material(self, instructions) -> int:
+        self.materials.append(instructions)
+        return len(self.materials) - 1
+
+    def mesh(self, shape, slots=0, normals=None) -> int:
+        """`normals`: per vertex (V, 3) for a smooth mesh, or None."""
+        vertices, triangles = shape
+        corners = None if normals is None else np.asarray(normals)[triangles]
+        self.meshes.append((np.asarray(vertices, np.float32), np.asarray(triangles),
+                            np.broadcast_to(slots, len(triangles)), corners))
+        return len(self.meshes) - 1
+
+    def instance(self, mesh: int, *materials: int, matrix=None, visibility=ALL):
+        self.instances.append((mesh, place() if matrix is None else np.asarray(matrix), materials, visibility))
+
+    def add(self, shape, instructions, visibility=ALL, normals=None):
+        """A mesh of its own material, instanced once."""
+        self.instance(self.mesh(shape, normals=normals), self.material(instructions), visibility=visibility)
+
+    def sphere(self, center, radius, material: int, visibility=ALL):
+        self.spheres.append((center, radius, material, visibility))
+
+    def lamp(self, kind: int, strength, matrix=None, size=(0, 0), spot=(np.pi / 3, 0.5), flags=0, visibility=ALL):
+        self.lamps.append((kind, place() if matrix is None else matrix, np.broadcast_to(strength, 3),
+                           np.broadcast_to(size, 2), spot, flags, visibility))
+
+    def make(self) -> Scene:
+        arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3))
+        arrays["material_first"] = np.cumsum([0, *map(len, self.materials)])
+        steps = [step for instructions in self.materials for step in instructions]
+        if steps:
+            arrays |= dict(instruction_op=[s[0] for s in steps], instruction_weight=[s[1] for s in steps],
+                           instruction_params=[s[2] + [0.0] * (PARAMS - len(s[2])) for s in steps])
+        if self.meshes:
+            starts = np.cumsum([0, *(len(vertices) for vertices, *_ in self.meshes)])
+            arrays["vertices"] = np.concatenate([vertices for vertices, *_ in self.meshes])
+            arrays["triangles"] = np.concatenate([m[1] + start for m, start in zip(self.meshes, starts, strict=False)])
+            arrays["triangle_slots"] = np.concatenate([m[2] for m in self.meshes])
+            arrays["mesh_triangles"] = np.cumsum([0, *(len(m[1]) for m in self.meshes)])
+            smooth = [0 if m[3] is None else len(m[3]) for m in self.meshes]
+            arrays["mesh_normals"] = np.where(smooth, np.cumsum([0, *smooth[:-1]]), -1)
+            if any(smooth):
+                arrays["normals"] = np.concatenate([m[3] for m in self.meshes if m[3] is not None])
+        if self.instances:
+            meshes, matrices, materials, visibility = zip(*self.instances, strict=True)
+            arrays |= dict(instance_mesh=meshes, instance_to_world=np.stack(matrices), instance_visibility=visibility,
+                           instance_slots=np.cumsum([0, *(len(m) for m in materials[:-1])]),
+                           slot_materials=np.concatenate([np.asarray(m, int) for m in materials]))
+        if self.spheres:
+            names = ("sphere_center", "sphere_radius", "sphere_material", "sphere_visibility")
+            arrays |= dict(zip(names, zip(*self.spheres, strict=True), strict=True))
+        if self.lamps:
+            names = ("kind", "to_world", "strength", "size", "spot", "flags", "visibility")
+            columns = zip(*self.lamps, strict=True)
+            arrays |= {f"light_{name}": np.stack(column) for name, column in zip(names, columns, strict=True)}
+        scene = make_scene(**{name: np.asarray(value) for name, value in arrays.items()})
+        errors = [str(problem) for problem in validate(scene) if problem.severity == "error"]
+        assert not errors, errors
+        return scene
+
+
+# ------------------------------------------------------------------ films
+
+
+def ready(scene: Scene) -> Prepared:
+    return prepare(clean(scene)[0])
+
+
+def render(scene: Scene, samples: int = 256, device: str = "openmp", **settings) -> Film:
+    """A film of a scene; every bounce limit is 64 unless it is given."""
+    bounces = dict.fromkeys(("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
+                             "transparent_bounces"), 64)
+    chosen = Settings(**bounces | dict(samples=samples) | settings)
+    opened = open_device(device, chosen)
+    try:
+        opened.upload(ready(scene))
+        film = Film(chosen.region or full_frame(scene), planes_for(chosen.passes))
+        return expose(opened, film, samples, chosen)
+    finally:
+        opened.close()
