@@ -146,7 +146,7 @@ def parsed(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("scenes", nargs="+", type=Path, help=".npz scenes")
     parser.add_argument("--devices", type=listed(str), default=["openmp", "opencl"])
-    parser.add_argument("--size", type=lambda text: tuple(int(n) for n in text.split("x")), help="WxH, else the scene's")
+    parser.add_argument("--size", type=lambda text: tuple(map(int, text.split("x"))), help="WxH; else the scene")
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--splits", type=listed(int), default=[1, 3, 16], help="cut at borders of blocks")
     parser.add_argument("--threads", type=listed(int), default=[1, 2, 7])

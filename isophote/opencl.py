@@ -20,7 +20,7 @@ from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
 GROUP = 64  # work-items of a group
-PATHS_ON_GPU, PATHS_ON_CPU = 1 << 21, 1 << 16
+PATHS_ON_GPU, PATHS_ON_CPU = 1 << 21, 1 << 15
 BOUNCES_BETWEEN_LOOKS = 8  # the queue's length is read that often, to stop early and to cancel
 BYTES_PER_PATH = 4 * (12 + 7 + 6 + 12 + 4 + 10 + 3)
 

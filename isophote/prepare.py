@@ -153,9 +153,13 @@ def alias_table(probability: np.ndarray) -> np.ndarray:
 
 
 def blackman_harris_table() -> np.ndarray:
-    """Inverse CDF of the Blackman-Harris window (Harris 1978, table I, four terms) of width 1, float32."""
-    x = np.linspace(-0.5, 0.5, 1 << 16 | 1)
-    phase = 2 * np.pi * (x + 0.5)
+    """Inverse CDF of the Blackman-Harris window (Harris 1978, table I, four terms) for filter_width 1, float32.
+
+    The window is two filter widths wide, as in Cycles (src/scene/film.cpp, filter_table): most of its
+    weight then lies within one.
+    """
+    x = np.linspace(-1.0, 1.0, 1 << 16 | 1)
+    phase = np.pi * (x + 1.0)
     window = 0.35875 - 0.48829 * np.cos(phase) + 0.14128 * np.cos(2 * phase) - 0.01168 * np.cos(3 * phase)
     cdf = np.concatenate([[0.0], np.cumsum(0.5 * (window[1:] + window[:-1]))])
     return np.interp(np.linspace(0, 1, FILTER_STEPS + 1), cdf / cdf[-1], x).astype(np.float32)

@@ -3,11 +3,13 @@
 #define ISOPHOTE_RAY_H
 #include "scene_buffers.h"
 
-/* Half the distance from 1 to the next number: the unit of rounding errors (Higham 2002, 2.2). */
+/* Half the distance from 1 to the next number: the unit of rounding errors (Higham 2002, 2.2), of the
+ * arithmetic and of what is stored in the scene's arrays. */
+#define STORAGE_ROUNDING REAL(5.9604644775390625e-8)
 #if REAL_IS_DOUBLE
 #define ROUNDING 1.1102230246251565e-16
 #else
-#define ROUNDING 5.9604644775390625e-8f
+#define ROUNDING STORAGE_ROUNDING
 #endif
 
 /* Hits count where (t, instance, primitive) lies behind (t_min, after_instance, after_primitive) in

@@ -65,10 +65,11 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     if ((features & FEATURE_INSTANCES) && t->instance == NONE) {
       GLOBAL const float *out = instance->to_world;
       GLOBAL const float *in = instance->to_object;
-      /* The object-space ray was off by the rounding of its own transform. */
+      /* The object-space ray was off by the rounding of its own transform, and the two matrices, as they
+       * are stored, are not exactly each other's inverse. */
       real3 ray_error = transform_error(in, abs3(ray.origin) + abs3(ray.direction) * h.t) + translation_error(in);
-      error = transform_error(out, error + (ray_error + abs3(r.p)) * (REAL(4.0) * ROUNDING)) +
-              translation_error(out) * (REAL(4.0) * ROUNDING);
+      error = transform_error(out, error + (ray_error + abs3(r.p)) * (REAL(4.0) * STORAGE_ROUNDING)) +
+              translation_error(out) * (REAL(4.0) * STORAGE_ROUNDING);
       r.p = transform_point(out, r.p);
       ng = transform_normal(in, ng);
       ns = transform_normal(in, ns);

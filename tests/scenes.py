@@ -206,3 +206,37 @@ def render(scene: Scene, samples: int = 256, device: str = "openmp", **settings)
         return expose(opened, film, samples, chosen)
     finally:
         opened.close()
+
+
+# ------------------------------------------------------------------ measuring
+
+
+def pixels(film: Film) -> np.ndarray:
+    """RGBA means, float64 (h, w, 4)."""
+    return np.stack([(film.sum(c) + film.sum(4 + c)) / film.samples for c in range(4)], axis=-1)
+
+
+def mean_and_error(film: Film) -> tuple[np.ndarray, np.ndarray]:
+    """RGB mean of the picture and its standard error, (3) each, from the film's two replicates."""
+    n0, n1 = film.replicate_samples
+    halves = [np.stack([film.sum(4 * r + c) / n for c in range(3)], axis=-1) for r, n in enumerate((n0, n1))]
+    variance = (halves[0] - halves[1]) ** 2 * (n0 * n1 / (n0 + n1) ** 2)
+    return pixels(film)[..., :3].mean((0, 1)), np.sqrt(variance.sum((0, 1))) / variance[..., 0].size
+
+
+def assert_mean(film: Film, expected, accuracy=0.005, sigmas=5.0, rounding=2e-6):
+    """The picture's mean is as expected within its own error bar, which must be below `accuracy` (relative).
+
+    `rounding` is the relative error allowed to float32 beyond that.
+    """
+    mean, error = mean_and_error(film)
+    expected = np.broadcast_to(np.asarray(expected, float), 3)
+    assert (error <= accuracy * np.abs(expected)).all(), f"too noisy to tell: {mean} +- {error}"
+    off = np.abs(mean - expected)
+    assert (off <= sigmas * error + rounding * np.abs(expected)).all(), \
+        f"{mean} +- {error}, expected {expected}: {off / np.maximum(error, 1e-300)} sigma"
+
+
+def assert_exactly(film: Film, expected, rounding=2e-6):
+    """Every pixel is as expected but for float32: scenes without noise."""
+    np.testing.assert_allclose(pixels(film)[..., :3], np.broadcast_to(expected, (*film.shape, 3)), rtol=rounding, atol=0)

@@ -72,9 +72,9 @@ def build_wheel(version: str) -> bool:
     if python is None:
         print(f"No Python {version} with pip and headers here: the zip will not hold a module for it")
         return False
-    compiler = subprocess.run([ROOT / "tools" / "compiler.sh"], check=True, capture_output=True, text=True).stdout.strip()
+    compiler = subprocess.run([ROOT / "tools" / "compiler.sh"], check=True, stdout=subprocess.PIPE, text=True)
     subprocess.run([python, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(WHEELS), str(ROOT)],
-                   check=True, env={**os.environ, "CXX": compiler})
+                   check=True, env={**os.environ, "CXX": compiler.stdout.strip()})
     return True
 
 

@@ -18,7 +18,7 @@ SHOTS = blender_run.ROOT / "build" / "window"
 @pytest.fixture
 def display():
     """An X server of our own; its number is whatever is free."""
-    for name in ("Xvfb", "import"):
+    for name in ("Xvfb", "import", "xdotool"):
         if shutil.which(name) is None:
             missing(f"no {name}")
     reading, writing = os.pipe()
@@ -35,7 +35,7 @@ def display():
 def test_f12_and_escape(program, display):
     SHOTS.mkdir(parents=True, exist_ok=True)
     env = blender_run.environment(program.scripts, DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1")
-    done = subprocess.run([program.path, "--factory-startup", "--enable-event-simulate", "-p", "0", "0", "1280", "800",
+    done = subprocess.run([program.path, "--factory-startup", "-p", "0", "0", "1280", "800",
                            "--addons", blender_run.ADDON, "--python", str(SCENARIOS / "window.py"), "--", str(SHOTS)],
                           env=env, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=200)
     lines = [line[len(MARK):] for line in done.stdout.splitlines() if line.startswith(MARK)]

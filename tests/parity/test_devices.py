@@ -201,7 +201,7 @@ def expose_region(name, region):
 def test_the_program_says_whether_bits_differ(tmp_path, capsys, monkeypatch):
     path = tmp_path / "box.npz"
     save_scene(scene_of("cornell_like"), path)
-    arguments = [str(path), "--devices", "openmp", "--size", "6x5", "--samples", "130", "--threads", "1,2", "--splits", "1,3"]
+    arguments = [str(path), *"--devices openmp --size 6x5 --samples 130 --threads 1,2 --splits 1,3".split()]
     assert main(arguments) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 5 and '"verdict": "the same bits"' in lines[-1]
