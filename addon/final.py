@@ -50,7 +50,8 @@ def render(engine, depsgraph) -> None:
             message = f"out of memory: {message}"
         log.line(f"error: {message}")
         engine.report({"ERROR"}, f"Isophote: {message}")
-        engine.error_set(f"Isophote: {message}")
+        if not bpy.app.background:  # there the report is printed already
+            engine.error_set(f"Isophote: {message}")
         mark_failed(engine, depsgraph.scene_eval, layer)
 
 

@@ -5,20 +5,7 @@ import bpy
 
 from isophote.device import DeviceInfo, list_devices
 
-# Cycles' name of a setting -> ours, where one means the other.
-FROM_CYCLES = {
-    "samples": "samples",
-    "time_limit": "time_limit",
-    "seed": "seed",
-    "max_bounces": "max_bounces",
-    "diffuse_bounces": "diffuse_bounces",
-    "glossy_bounces": "glossy_bounces",
-    "transmission_bounces": "transmission_bounces",
-    "transparent_max_bounces": "transparent_bounces",
-    "sample_clamp_direct": "clamp_direct",
-    "sample_clamp_indirect": "clamp_indirect",
-    "filter_width": "filter_width",
-}
+from .settings import FROM_CYCLES
 
 
 class ISOPHOTE_OT_copy_cycles_settings(bpy.types.Operator):

@@ -23,7 +23,9 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from addon import properties  # noqa: E402
 from addon.export import export_scene  # noqa: E402
+from addon.settings import file_settings  # noqa: E402
 from isophote.scene import SceneError, save_scene  # noqa: E402
 
 
@@ -66,7 +68,13 @@ def run(options: argparse.Namespace) -> dict:
         render.resolution_percentage = 100
     if options.frame is not None:
         scene.frame_set(options.frame)
+    if not hasattr(bpy.types.Scene, "isophote"):  # the add-on may be enabled already
+        for cls in properties.CLASSES:
+            bpy.utils.register_class(cls)
+        properties.attach()
+    wanted = file_settings(scene)
     exported, seconds = render_to_scene(scene)
+    exported.settings = wanted
     save_scene(exported, options.out)
     return {
         "ok": True,
@@ -75,6 +83,7 @@ def run(options: argparse.Namespace) -> dict:
         "triangles": len(exported.triangles),
         "instances": len(exported.instance_mesh),
         "notes": len(exported.notes),
+        "file": bpy.data.filepath,
     }
 
 

@@ -24,6 +24,31 @@ SAME = (
     "filter_width",
 )
 
+# Cycles' name of a setting -> ours, where one means the other.
+FROM_CYCLES = {
+    "samples": "samples",
+    "time_limit": "time_limit",
+    "seed": "seed",
+    "max_bounces": "max_bounces",
+    "diffuse_bounces": "diffuse_bounces",
+    "glossy_bounces": "glossy_bounces",
+    "transmission_bounces": "transmission_bounces",
+    "transparent_max_bounces": "transparent_bounces",
+    "sample_clamp_direct": "clamp_direct",
+    "sample_clamp_indirect": "clamp_indirect",
+    "filter_width": "filter_width",
+}
+
+
+def file_settings(scene) -> dict:
+    """What a file asks for, by name of Settings: its Isophote settings where some were made, else those of Cycles."""
+    own, cycles = scene.isophote, getattr(scene, "cycles", None)
+    if any(own.is_property_set(name) for name in SAME) or cycles is None:
+        values = {name: getattr(own, name) for name in SAME}
+    else:
+        values = {ours: getattr(cycles, theirs) for theirs, ours in FROM_CYCLES.items()}
+    return {**values, "film_transparent": scene.render.film_transparent}
+
 
 def make_settings(scene, view_layer, region: tuple[int, int, int, int], preview: bool = False) -> Settings:
     """The settings of one view layer's render. Raises ValueError for values that do not fit."""

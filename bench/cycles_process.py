@@ -37,13 +37,16 @@ def find_python() -> str | None:
 
 
 class Cycles:
-    """Cycles with one .blend file loaded, as a process. `info` is what cycles_worker.set_up says."""
+    """Cycles with one .blend file loaded, as a process. `info` is what cycles_worker.set_up says.
 
-    def __init__(self, blend: Path, size: tuple[int, int], threads: int = 0):
+    `longest`: the longer side of the picture in pixels, 0 for the file's own size. Raises CyclesError.
+    """
+
+    def __init__(self, blend: Path, longest: int = 0, threads: int = 0):
         python = find_python()
         if python is None:
             raise CyclesError("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS or pip install bpy")
-        arguments = [str(Path(blend).resolve()), *map(str, size), str(threads or os.cpu_count() or 1)]
+        arguments = [str(Path(blend).resolve()), str(longest), str(threads or os.cpu_count() or 1)]
         self.process = subprocess.Popen([python, "-P", str(WORKER), *arguments], stdin=subprocess.PIPE,
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.folder = tempfile.TemporaryDirectory(prefix="isophote_cycles_")

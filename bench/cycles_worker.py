@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cycles as a process: loads a .blend file once, then renders for each line of JSON on its input.
 
-    python bench/cycles_worker.py FILE.blend WIDTH HEIGHT THREADS     (a Python with the bpy wheel; bench/cycles_process.py starts it)
+    python bench/cycles_worker.py FILE.blend LONGEST THREADS
+
+It wants a Python with the bpy wheel; bench/cycles_process.py starts it. LONGEST is the longer side of
+the picture in pixels, 0 for the file's own size.
 
 Settings are the file's, but for those that would make Cycles biased (clamping, filtered glossy,
 denoising, adaptive sampling) and those that Isophote has one kind of only (the pixel filter).
@@ -46,7 +49,17 @@ def say(answer: dict) -> None:
     print(MARK + json.dumps(answer), flush=True)
 
 
-def set_up(width: int, height: int, threads: int) -> dict:
+def set_size(render, longest: int) -> list[int]:
+    """Scale the picture to `longest` pixels; its width and height."""
+    size = [side * render.resolution_percentage // 100 for side in (render.resolution_x, render.resolution_y)]
+    if longest:
+        size = [max(1, round(side * longest / max(size))) for side in size]
+    render.resolution_x, render.resolution_y = size
+    render.resolution_percentage = 100
+    return size
+
+
+def set_up(longest: int, threads: int) -> dict:
     """Make the scene ready; what is rendered, and which of the file's settings were changed."""
     scene = bpy.context.scene
     render, cycles = scene.render, scene.cycles
@@ -56,7 +69,6 @@ def set_up(width: int, height: int, threads: int) -> dict:
         if hasattr(cycles, name) and getattr(cycles, name) != value:
             changed[name] = getattr(cycles, name)
             setattr(cycles, name, value)
-    render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
     render.use_border = render.use_multiview = render.use_compositing = render.use_sequencer = False
     render.use_motion_blur = False
     render.threads_mode, render.threads = "FIXED", threads
@@ -65,6 +77,7 @@ def set_up(width: int, height: int, threads: int) -> dict:
     image.file_format, image.color_mode, image.color_depth, image.exr_codec = "OPEN_EXR", "RGB", "32", "NONE"
     return {
         "version": bpy.app.version_string,
+        "size": set_size(render, longest),
         "bounces": {name: getattr(cycles, name) for name in BOUNCES},
         "filter_width": cycles.filter_width,
         "film_transparent": render.film_transparent,
@@ -104,9 +117,9 @@ def answer(request: dict, folder: str) -> dict:
 
 
 def main() -> None:
-    path, width, height, threads = sys.argv[1:5]
+    path, longest, threads = sys.argv[1:4]
     bpy.ops.wm.open_mainfile(filepath=path)
-    say(set_up(int(width), int(height), int(threads)))
+    say(set_up(int(longest), int(threads)))
     with tempfile.TemporaryDirectory() as folder:
         for line in sys.stdin:
             say(answer(json.loads(line), folder))

@@ -21,12 +21,13 @@ from isophote.prepare import prepare
 from isophote.scene import Scene
 from isophote.schedule import sample_items
 from isophote.settings import Settings
-from isophote.statistics import sums_over_tiles
+from isophote.statistics import pool, sums_over_tiles
 from isophote.validate import clean
 
 TILE = 8  # pixels a side, of the tiles tested
 CLOSE = 0.005  # relative: how near the channel means of two engines should be
 SIGNIFICANCE = 0.01
+ROUNDING = 1e-5  # relative: what is left of a constant after some thousand sums in float32
 MANY = 1e6  # degrees of freedom of what has no variance
 
 
@@ -77,18 +78,29 @@ def welch_dof(var_a, var_b, count_a: int, count_b: int) -> np.ndarray:
         return np.where(below > 0.0, (var_a + var_b) ** 2 / below, MANY)
 
 
-def test_equal(a: np.ndarray, b: np.ndarray) -> dict:
+def pooled(variance: np.ndarray, tile: int = TILE) -> np.ndarray:
+    """Each value's mean over its tile, (h, w, c) to (h, w, c)."""
+    return np.stack([pool(variance[..., c], tile=tile) for c in range(variance.shape[2])], axis=-1)
+
+
+def test_equal(a: np.ndarray, b: np.ndarray, pool_pixels: bool = False) -> dict:
     """isophote.compare.z_test of two sets of replicates (K, h, w, c), every value by itself.
 
-    The standard errors are those values' own, from their K replicates, nothing pooled; t is turned
-    into z with Welch's degrees of freedom. `sees` is the smallest relative difference of a single
+    The standard errors are those values' own, from their K replicates; t is turned into z with Welch's
+    degrees of freedom. `pool_pixels`: at least the mean over tiles, for pixels: few samples that can only
+    be this or that (lamp seen or not) may fall the same way in all replicates, with no spread at all.
+    Sums in float32 are trusted to ROUNDING. `sees` is the smallest relative difference of a single
     value that would be rejected, for the value of median noise.
     """
     (mean_a, var_a), (mean_b, var_b) = mean_and_variance(a), mean_and_variance(b)
     dof = welch_dof(var_a, var_b, len(a), len(b))
-    result = z_test(mean_a, mean_b, np.sqrt(var_a), np.sqrt(var_b), dof=dof, significance=SIGNIFICANCE).as_dict()
+    sigmas = []
+    for mean, variance in ((mean_a, var_a), (mean_b, var_b)):
+        floor = pooled(variance) if pool_pixels else 0.0
+        sigmas.append(np.sqrt(np.maximum(variance, floor) + (ROUNDING * mean) ** 2))
+    result = z_test(mean_a, mean_b, *sigmas, dof=dof, significance=SIGNIFICANCE).as_dict()
     lit = mean_b > 0.0
-    sigma = np.sqrt(var_a + var_b)[lit] / mean_b[lit]
+    sigma = np.hypot(*sigmas)[lit] / mean_b[lit]
     return result | {"sees": float(limit(SIGNIFICANCE, mean_a.size) * np.median(sigma))}
 
 
@@ -139,6 +151,6 @@ def compare_replicates(a: np.ndarray, b: np.ndarray) -> dict:
     They agree where no channel's mean is beyond CLOSE, and the tests of pixels and of tiles pass.
     """
     means = mean_ratios(a, b)
-    pixels, tiles = test_equal(a, b), test_equal(tile_means(a), tile_means(b))
+    pixels, tiles = test_equal(a, b, pool_pixels=True), test_equal(tile_means(a), tile_means(b))
     agrees = pixels["passed"] and tiles["passed"] and all(row["verdict"] != "beyond" for row in means)
     return {"means": means, "pixels": pixels, "tiles": tiles, "noise": noise(a, b), **flips(a, b), "agrees": agrees}

@@ -169,8 +169,8 @@ def room(left, right, depth=1.0, back=WHITE):
 
 
 def ceiling_lamp(strength, width=0.62, depth=0.5, y=0.0):
-    """A bright panel just under the ceiling, in a thin frame."""
-    x0, x1, y0, y1, z = -width / 2, width / 2, y - depth / 2, y + depth / 2, 1.985
+    """A bright panel in a thin frame that it closes: light does not linger inside."""
+    x0, x1, y0, y1, z = -width / 2, width / 2, y - depth / 2, y + depth / 2, 1.966
     quad("lamp", [(x0, y1, z), (x1, y1, z), (x1, y0, z), (x0, y0, z)], emission("lamp", WARM, strength))
     frame = box_mesh("frame")
     metal = diffuse("frame", (0.30, 0.29, 0.28))

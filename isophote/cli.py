@@ -99,13 +99,13 @@ def cli():
 @click.argument("scene", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture, .exr or .png.")
 @click.option("--samples", type=click.IntRange(min=1),
-              help=f"Samples a pixel (default {DEFAULTS.samples}; no limit with --time alone).")
+              help=f"Samples a pixel (default: the file's, else {DEFAULTS.samples}; no limit with --time alone).")
 @click.option("--time", "time_limit", type=click.FloatRange(min=0, min_open=True), metavar="S",
               help="Stop after this many seconds of rendering.")
 @click.option("--device", default=DEFAULTS.device, show_default=True, help="openmp, opencl or opencl:N.")
 @click.option("--threads", type=click.IntRange(min=0), default=DEFAULTS.threads, help="CPU threads (default: all).")
 @click.option("--precision", type=click.Choice(PRECISIONS), default=DEFAULTS.precision, show_default=True)
-@click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1), default=DEFAULTS.seed, show_default=True)
+@click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1), help="Seed (default: the file's, else 0).")
 @click.option("--passes", help="Comma-separated, or all (default: all for .exr, combined for .png).")
 @frame_option
 @size_option
@@ -113,8 +113,8 @@ def cli():
 @json_option
 @reported
 def render(scene, output, frame, size, blender, json, **options):
-    """Render FILE, a .blend or an exported .npz."""
-    job = Job(scene, output, checked_settings(output, **options), frame, size, blender)
+    """Render FILE, a .blend or an exported .npz, with the file's own settings where no option is given."""
+    job = Job(scene, output, *checked_settings(output, **options), frame, size, blender)
     result = render_job(job, stderr)
     if json:
         print_json(result)

@@ -15,14 +15,14 @@ import numpy as np
 from isophote.device import DeviceError, DeviceInfo
 from isophote.params import make_params
 from isophote.prepare import Prepared
-from isophote.records import header_path, numbers, records, scene_buffers
+from isophote.records import header_path, numbers, scene_buffers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
 GROUP = 64  # work-items of a group
 PATHS_ON_GPU, PATHS_ON_CPU = 1 << 21, 1 << 15
 BOUNCES_BETWEEN_LOOKS = 8  # the queue's length is read that often, to stop early and to cancel
-BYTES_PER_PATH = 4 * (12 + 7 + 6 + 12 + 4 + 10 + 3)
+BYTES_PER_PATH = 4 * (12 + 7 + 6 + 13 + 4 + 10 + 3)
 
 
 def import_pyopencl():
@@ -157,7 +157,7 @@ class OpenCLDevice:
         n = numbers()
         planes = n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1
         for name, columns in {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 3, "light_reals": 10,
-                              "light_uints": 2, "results": 4, "aovs": planes}.items():
+                              "light_uints": 3, "results": 4, "aovs": planes}.items():
             setattr(self, name, self.buffer(4 * columns * paths))
         self.queues = [self.buffer(4 * paths) for _ in range(2)]
         self.light_queue = self.buffer(4 * paths)
@@ -196,7 +196,8 @@ class OpenCLDevice:
         """Trace all samples of some pixels to their end; False where cancelled."""
         u, stride, count = np.uint32, np.uint32(self.capacity), pixels * samples
         path = (self.reals, self.uints, stride)
-        hit, light, result = (self.hit_reals, self.hit_uints), (self.light_reals, self.light_uints), (self.results, self.aovs)
+        hit, light = (self.hit_reals, self.hit_uints), (self.light_reals, self.light_uints)
+        result = (self.results, self.aovs)
         limit = settings.max_bounces + settings.transparent_bounces + 3
         lengths = np.zeros(2 * limit + 2, np.uint32)
         lengths[0] = count

@@ -57,7 +57,8 @@ class OpenMPDevice:
 
         def work():
             try:
-                result.append(self.native.render(self.variant, self.buffers, self.tree, params, self.threads, made, flag))
+                result.append(self.native.render(self.variant, self.buffers, self.tree, params, self.threads, made,
+                                                 flag))
             except MemoryError:
                 result.append(DeviceError("openmp: out of memory while rendering"))
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from isophote.geometry import make_geometry
 from isophote.lights import light_records
-from isophote.materials import OPERATIONS
-from isophote.records import make_records, numbers, records, scene_buffers
+from isophote.materials import OPERATIONS, is_delta
+from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -51,8 +51,8 @@ def prepare(scene: Scene) -> Prepared:
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "slot_materials": scene.slot_materials, "lights": lights, "light_alias": alias,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_records("World", 1, radiance=scene.world_radiance, root=root, light_count=len(lights),
-                              lamp_count=len(lamps), features=features)}
+        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=root,
+                              light_count=len(lights), lamp_count=len(lamps), features=features)}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype) for name, dtype in scene_buffers().items()}
     return Prepared(buffers, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 
@@ -78,8 +78,7 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         transparent = program[operation[program] == "transparent"]
         rest = program[operation[program] != "emission"]
         closures = [i for i in rest if not operation[i].startswith("layer_")]
-        smooth = all(operation[i] == "transparent" or (operation[i] != "diffuse" and scene.instruction_params[i, 0] == 0)
-                     for i in closures)
+        smooth = all(is_delta(int(scene.instruction_op[i]), scene.instruction_params[i]) for i in closures)
         material["emission"] = scene.instruction_weight[emission].sum(0)
         material["transparency"] = scene.instruction_weight[transparent].sum(0)
         material["first"], material["count"] = placed, len(rest)

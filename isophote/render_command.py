@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
@@ -34,28 +34,45 @@ class Interrupted(Exception):
 
 @dataclass(frozen=True)
 class Job:
-    """One call of `isophote render`; frame and size None stand for the scene's own."""
+    """One call of `isophote render`; frame and size None stand for the scene's own.
+
+    `settings` are those of the options; where no option was given, the scene file's own stand
+    (`given` names the settings that options have set).
+    """
 
     scene: Path
     output: Path
     settings: Settings
+    given: frozenset[str]
     frame: int | None = None
     size: tuple[int, int] | None = None
     blender: str | None = None
 
 
-def checked_settings(output: Path, samples: int | None, time_limit: float | None, passes: str | None,
-                     **options) -> Settings:
-    """Settings from the command line's options. Raises click.UsageError."""
-    if samples is None:
-        samples = NO_LIMIT if time_limit else Settings.samples
+def checked_settings(output: Path, time_limit: float | None, passes: str | None,
+                     **options) -> tuple[Settings, frozenset[str]]:
+    """Settings from the command line's options, and which of them were given. Raises click.UsageError."""
+    options = {name: value for name, value in options.items() if value is not None}
+    if time_limit:
+        options = {"samples": NO_LIMIT, "time_limit": time_limit, **options}
     if passes is None:
         passes = "combined" if output.suffix.lower() == ".png" else "all"
     try:
         names = check_passes(PASSES if passes == "all" else passes.split(","))
-        return Settings(samples=samples, time_limit=time_limit or 0.0, passes=names, **options)
+        return Settings(passes=names, **options), frozenset(options)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
+
+
+def with_file_settings(job: Job, scene: Scene) -> Job:
+    """The job with the scene file's settings where no option was given. Raises SceneError for values that cannot be."""
+    wanted = {name: value for name, value in scene.settings.items() if name not in job.given}
+    if "samples" in job.given:  # asking for samples or a time lifts the file's other limit
+        wanted.pop("time_limit", None)
+    try:
+        return replace(job, settings=replace(job.settings, **wanted))
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{job.scene}: its settings cannot be used: {error}") from None
 
 
 def export_scene_file(blend: Path, out: Path, frame, size, blender, console: Console) -> dict:
@@ -94,6 +111,7 @@ def render_job(job: Job, console: Console) -> dict:
     device = open_device(job.settings.device, job.settings)
     opening = time.perf_counter() - started
     scene, export_seconds = open_scene(job.scene, job.frame, job.size, job.blender, console)
+    job = with_file_settings(job, scene)
     with Session(scene, job.settings, device) as session:
         session.setup_seconds += opening
         try:

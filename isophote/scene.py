@@ -74,12 +74,14 @@ class Scene:
 
     `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names.
     `notes` is a list of dicts {"kind", "name", "what"}: one for each node, light or object that was
-    approximated or left out.
+    approximated or left out. `settings` is what the scene's file asks for, by name of settings.Settings;
+    no part of the scene's hash.
     """
 
     arrays: dict[str, np.ndarray]
     names: dict[str, list[str]] = field(default_factory=dict)
     notes: list[dict] = field(default_factory=list)
+    settings: dict = field(default_factory=dict)
 
     def __getattr__(self, name):
         try:
@@ -133,7 +135,7 @@ def checked(name: str, spec: Field, value, counts: dict) -> np.ndarray:
         raise SceneError(f"scene array {name}: {error}") from None
     if array.ndim != len(spec.shape):
         raise SceneError(f"scene array {name}: shape {array.shape}, wanted {spec.shape}")
-    for size, want in zip(array.shape, spec.shape):
+    for size, want in zip(array.shape, spec.shape, strict=True):
         if isinstance(want, str):
             letter, plus = want[0], want.endswith("+1")
             want = counts.setdefault(letter, size - plus) + plus
@@ -144,7 +146,7 @@ def checked(name: str, spec: Field, value, counts: dict) -> np.ndarray:
 
 def save_scene(scene: Scene, path: str | Path) -> None:
     """Write a scene as .npz (uncompressed: loading is a copy)."""
-    text = json.dumps({"format": FORMAT, "names": scene.names, "notes": scene.notes})
+    text = json.dumps({"format": FORMAT, "names": scene.names, "notes": scene.notes, "settings": scene.settings})
     with open(path, "wb") as file:
         np.savez(file, isophote=np.array(text), **scene.arrays)
 
@@ -168,7 +170,9 @@ def load_scene(path: str | Path) -> Scene:
     missing = set(FIELDS) - set(arrays)
     if missing:
         raise SceneError(f"{path}: scene without {', '.join(sorted(missing))}")
-    return make_scene(head["names"], head["notes"], **arrays)
+    scene = make_scene(head["names"], head["notes"], **arrays)
+    scene.settings = head.get("settings", {})
+    return scene
 
 
 def resized(scene: Scene, size: tuple[int, int]) -> Scene:

@@ -84,7 +84,8 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
     last = slot & LAST_IN_LEAF;
     /* Triangles in an instance inherit its visibility, tested when it was entered. */
     if (instance != NONE || ((slot >> 16) & ray.kind)) {
-      TriangleHit h = triangle_hit(load3(t->v0), load3(t->v1), load3(t->v2), space.origin, space.shear);
+      TriangleHit h = triangle_hit(load3(t->v0), load3(t->v1), load3(t->v2), space.origin, space.direction,
+                                   space.shear);
       best = keep_closer(best, h, instance != NONE ? instance : t->instance, t->primitive, index, ray);
     }
     index++;

@@ -75,6 +75,7 @@ typedef struct {
 
 typedef struct {
   packed3 radiance; /* the same from all directions */
+  packed3 origin;   /* place of the scene's origin in Blender's world: for the Position pass */
   uint root;        /* reference to the tree, NONE where there is nothing to hit */
   uint light_count; /* lights to sample: lamps, then triangles */
   uint lamp_count;  /* of them, lamps */

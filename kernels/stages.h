@@ -71,13 +71,16 @@ FN real3 see_emission(Params params, Material m, Surface at, Path p, Hit h) {
   return clamp_light(params, path_throughput(p) * load3(m.emission) * weight, path_bounce(p) - 1);
 }
 
+/* Transparent surfaces that the path has passed. */
+FN int path_passed(Path p) { return int_of((p.status >> 8) & 255u); }
 /* Random numbers are counted by vertex, so that transparent surfaces draw fresh ones. */
-FN int path_vertex(Path p) { return path_bounce(p) + int_of((p.status >> 8) & 255u); }
+FN int path_vertex(Path p) { return path_bounce(p) + path_passed(p); }
 
 /* A ray towards a light and what it brings if nothing stands in between. */
 typedef struct {
   Ray ray;
   real3 light;
+  int passed; /* path_passed: shadow rays count on from there */
 } Connection;
 
 FN int is_dark(real3 light) { return (light.x == REAL(0.0)) & (light.y == REAL(0.0)) & (light.z == REAL(0.0)); }
@@ -97,6 +100,7 @@ FN Connection connect_light(Params params, Surface at, LightSample light, BsdfVa
   real3 brought = path_throughput(p) * value.f * light.radiance * (weight / light.pdf);
   int useful = (light.pdf > REAL(0.0)) & (value.pdf > REAL(0.0));
   c.light = select3(useful, clamp_light(params, brought, path_bounce(p)), zero3());
+  c.passed = path_passed(p);
   c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive);
   return c;
 }
@@ -209,7 +213,7 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
   }
   a.depth = camera_depth(s.camera[0], at.p);
   a.normal = at.ns;
-  a.position = at.p;
+  a.position = at.p + load3(s.world[0].origin);
   return a;
 }
 
@@ -220,18 +224,19 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
 #define TRACE(scene, ray, any) trace(scene, ray, any)
 #endif
 
-/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. */
-FN real3 trace_connection(Scene s, Params params, Ray ray, uint features) {
+/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. The limit
+ * is the user's own, one less than that of paths, as Cycles counts (integrate_shadow_max_transparent_hits). */
+FN real3 trace_connection(Scene s, Params params, Ray ray, int passed, uint features) {
   real3 kept = splat3(REAL(1.0));
   if (!(features & FEATURE_TRANSPARENT)) {
     Hit h = TRACE(s, ray, 1);
     return select3(h.index == NONE, kept, zero3());
   }
-  for (int passed = 0;; passed++) {
+  for (;; passed++) {
     Hit h = TRACE(s, ray, 0);
     if (h.index == NONE) return kept;
     Surface at = make_surface(s, ray, h, features);
-    if (passed >= params.transparent_bounces || !(s.materials[at.material].flags & MATERIAL_TRANSPARENT)) return zero3();
+    if (passed + 1 >= params.transparent_bounces || !(s.materials[at.material].flags & MATERIAL_TRANSPARENT)) return zero3();
     kept = kept * load3(s.materials[at.material].transparency);
     ray.t_min = h.t;
     ray.after_instance = h.instance;

@@ -51,8 +51,12 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     real b0 = REAL(1.0) - h.u - h.v;
     r.p = v0 * b0 + v1 * h.u + v2 * h.v;
     error = (abs3(v0) * fabs(b0) + abs3(v1) * fabs(h.u) + abs3(v2) * fabs(h.v)) * (REAL(8.0) * ROUNDING);
-    ng = cross3(v1 - v0, v2 - v0);
+    real3 e1 = v1 - v0, e2 = v2 - v0;
+    ng = cross3(e1, e2);
     ns = ng;
+    /* is_in_front: how far p lies off the plane, and the rounding of its test here and for a neighbour. */
+    real3 across = normalize3(ng);
+    error = error + abs3(across) * fabs(dot3(across, r.p - v0)) + (abs3(e1) + abs3(e2)) * (REAL(4.0) * ROUNDING);
     if (features & FEATURE_SMOOTH) {
       uint n = s.normal_index[h.index];
       if (n != NONE) {

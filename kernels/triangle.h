@@ -33,9 +33,22 @@ typedef struct {
   real t, u, v;
 } TriangleHit;
 
+/* Which side of the triangle's plane the ray starts on decides whether it is in front: for rays that leave
+ * a large triangle, or one beside it in the same plane, t is too inexact to tell 0 from a bit more than 0.
+ * The plane passes through v0; make_surface bounds how far hit points lie off it. A function of its own
+ * because it is asked for likely hits only. */
+FN int is_in_front(real3 v0, real3 v1, real3 v2, real3 origin, real3 direction) {
+  STRICT_FP
+  real3 a = v1 - v0, b = v2 - v0, to = v0 - origin;
+  real nx = a.y * b.z - a.z * b.y, ny = a.z * b.x - a.x * b.z, nz = a.x * b.y - a.y * b.x;
+  real distance = nx * to.x + ny * to.y + nz * to.z;
+  real toward = nx * direction.x + ny * direction.y + nz * direction.z;
+  return ((distance > REAL(0.0)) & (toward > REAL(0.0))) | ((distance < REAL(0.0)) & (toward < REAL(0.0)));
+}
+
 /* Edges are tested with the signs of U, V, W; equal products of shared edges make neighbours agree,
  * so no ray slips through between them, and an edge on the ray counts as hit from both sides. */
-FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, Shear s) {
+FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, real3 direction, Shear s) {
   STRICT_FP
   real3 a = permute(v0 - origin, s.axis);
   real3 b = permute(v1 - origin, s.axis);
@@ -53,6 +66,7 @@ FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, Shear s)
   real inverse = REAL(1.0) / det;
   TriangleHit h;
   h.hit = !(negative & positive) & (det != REAL(0.0));
+  if (h.hit) h.hit = is_in_front(v0, v1, v2, origin, direction);
   h.t = t * inverse;
   h.u = v * inverse;
   h.v = w * inverse;

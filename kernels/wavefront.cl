@@ -53,6 +53,7 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   light_reals[9u * stride + i] = c.light.z;
   light_uints[i] = c.ray.skip_instance;
   light_uints[stride + i] = c.ray.skip_primitive;
+  light_uints[2u * stride + i] = uint_of(c.passed);
 }
 
 FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
@@ -61,6 +62,7 @@ FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
                      make_real3(light_reals[3u * stride + i], light_reals[4u * stride + i], light_reals[5u * stride + i]),
                      light_reals[6u * stride + i], light_uints[i], light_uints[stride + i]);
   c.light = make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
+  c.passed = int_of(light_uints[2u * stride + i]);
   return c;
 }
 
@@ -249,7 +251,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
   for (uint k = get_global_id(0); k < count; k += get_global_size(0)) {
     uint i = light_queue[k];
     Connection c = load_connection(light_reals, light_uints, stride, i);
-    add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, SCENE_FEATURES));
+    add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES));
   }
 }
 

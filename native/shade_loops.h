@@ -306,12 +306,13 @@ static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
 }
 
 static void connect_batch(Batch &__restrict b, Scene s, Params params, Group g, uint features) {
+  Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     real3 light = make_real3(b.cr[i], b.cg[i], b.cb[i]);
     if (is_dark(light)) continue;
     Ray ray = shadow_ray(make_real3(b.cox[i], b.coy[i], b.coz[i]), make_real3(b.ldx[i], b.ldy[i], b.ldz[i]),
                          b.distance[i], b.light_instance[i], b.light_primitive[i]);
-    add_light(b, i, light * trace_connection(s, params, ray, features));
+    add_light(b, i, light * trace_connection(s, params, ray, path_passed(path_at(columns, i)), features));
   }
 }
 

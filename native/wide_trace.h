@@ -98,7 +98,7 @@ FN Hit hit_blocks(const WideTree &tree, Scene s, uint index, uint instance, cons
       uint at = b.first + uint(__builtin_ctz(bits));
       const Triangle &t = s.triangles[at];
       if (instance == NONE && !((t.slot >> 16) & ray.kind)) continue;
-      TriangleHit h = triangle_hit(load3(t.v0), load3(t.v1), load3(t.v2), local.origin, local.shear);
+      TriangleHit h = triangle_hit(load3(t.v0), load3(t.v1), load3(t.v2), local.origin, local.direction, local.shear);
       best = keep_closer(best, h, instance != NONE ? instance : t.instance, t.primitive, at, ray);
     }
     if (b.count & LAST_IN_LEAF) return best;

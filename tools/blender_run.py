@@ -12,17 +12,21 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 ADDON = "isophote_addon"  # not `isophote`: that is the package
 # What the package imports inside Blender beside numpy, which Blender brings.
-MODULES = ("pyopencl", "pytools", "siphash24", "platformdirs", "typing_extensions.py")
+MODULES = ("pyopencl", "pytools", "siphash24", "platformdirs", "typing_extensions")
 
 
 def scripts_folder(folder: Path = ROOT / "build" / "blender_scripts") -> Path:
     """A folder for BLENDER_USER_SCRIPTS in which add-on, package and modules are links to this tree and .venv."""
     wanted = {folder / "addons" / ADDON: ROOT / "addon", folder / "addons" / "modules" / "isophote": ROOT / "isophote"}
+    modules = folder / "addons" / "modules"
     for name in MODULES:
-        spec = find_spec(name.removesuffix(".py"))
+        spec = find_spec(name)
         if spec is not None and spec.origin:
             origin = Path(spec.origin)
-            wanted[folder / "addons" / "modules" / name] = origin if name.endswith(".py") else origin.parent
+            place = origin.parent if origin.name == "__init__.py" else origin
+            # pyopencl and pytools ask for their own versions: the metadata comes along.
+            for target in (place, *place.parent.glob(f"{name}-*.dist-info")):
+                wanted[modules / target.name] = target
     for link, target in wanted.items():
         link.parent.mkdir(parents=True, exist_ok=True)
         if link.is_symlink() and link.readlink() == target:

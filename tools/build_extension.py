@@ -80,9 +80,8 @@ def build_wheel(version: str) -> bool:
 
 def download_wheels(version: str) -> None:
     """What the package needs beside numpy, in the versions of requirements.lock."""
-    names = {name.removesuffix(".py") for name in MODULES}
     pins = [line.split(";")[0].strip() for line in (ROOT / "requirements.lock").read_text().splitlines()]
-    wanted = [pin for pin in pins if pin.split("==")[0] in names]
+    wanted = [pin for pin in pins if pin.split("==")[0] in MODULES]
     platforms = [option for tag in MANYLINUX for option in ("--platform", tag)]
     subprocess.run([sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--only-binary", ":all:", *platforms,
                     "--python-version", version, "-d", str(WHEELS), *wanted], check=True)

@@ -44,6 +44,22 @@ def test_render_writes_a_png(scene, tmp_path):
     assert read_image(tmp_path / "a.png").planes["Combined"].shape == (20, 24, 4)
 
 
+def test_the_files_settings_stand_where_no_option_is_given(tmp_path):
+    scene = tiny_scene()
+    scene.settings = {"samples": 6, "seed": 5, "time_limit": 100.0}
+    save_scene(scene, tmp_path / "scene.npz")
+
+    def result(*options):
+        return json.loads(run("render", tmp_path / "scene.npz", "-o", tmp_path / "a.png", "--json", *options).stdout)
+
+    assert [result()[name] for name in ("samples", "seed")] == [6, 5]
+    assert [result("--samples", 3, "--seed", 0)[name] for name in ("samples", "seed")] == [3, 0]
+    scene.settings = {"samples": 0}
+    save_scene(scene, tmp_path / "scene.npz")
+    outcome = run("render", tmp_path / "scene.npz", "-o", tmp_path / "a.png")
+    assert outcome.exit_code == 1 and "scene.npz: its settings cannot be used: samples is 0" in outcome.stderr
+
+
 def test_one_sample_has_a_null_error(scene, tmp_path):
     outcome = run("render", scene, "-o", tmp_path / "a.exr", "--samples", 1, "--json")
     assert json.loads(outcome.stdout)["error"] is None

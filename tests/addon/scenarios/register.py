@@ -21,7 +21,8 @@ def panels():
 
 
 def engines():
-    return [cls.bl_idname for cls in bpy.types.RenderEngine.__subclasses__() if cls.is_registered]
+    engines = bpy.types.RenderEngine.__subclasses__()
+    return [getattr(cls, "bl_idname", "") for cls in engines if cls.is_registered]
 
 
 def state():

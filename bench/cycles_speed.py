@@ -1,0 +1,93 @@
+"""Samples a second of Isophote's OpenMP device and of Cycles on the CPU, in turn in one run.
+
+    python -m bench.cycles_speed [FILE.blend ...] [--samples 8] [--rounds 4] [--threads 0]
+
+Both keep the scene and its tree; each round times Cycles, Isophote, Cycles, Isophote, ..., so that a
+change of the machine's load meets both. Cycles' time is that of its last samples only, the difference
+of two renders of WARM and WARM + samples: what Blender does around a frame falls out. Isophote's is
+Device.render, which has nothing around it. On a shared machine trust the median of the rounds' ratios,
+not the seconds. Without files: cornell, monkeys, glassbox, at their own 720x720.
+Prints a row of JSON for each scene.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from bench.cycles_process import Cycles, exported, same_settings
+from bench.replicates import render_film, uploaded
+from bench.scenes import made_scenes
+from isophote.openmp import processor_name
+
+WARM = 1  # samples of the shorter of Cycles' two renders
+
+
+def cycles_seconds(cycles: Cycles, samples: int, seed: int) -> float:
+    """Time of `samples` samples without what is around them."""
+    return cycles.seconds(WARM + samples, seed) - cycles.seconds(WARM, seed)
+
+
+def isophote_seconds(device, scene, settings) -> float:
+    started = time.perf_counter()
+    render_film(device, scene, settings)
+    return time.perf_counter() - started
+
+
+def time_scene(blend: Path, samples: int, rounds: int, threads: int) -> dict:
+    with Cycles(blend, threads=threads) as cycles:
+        settings = same_settings(cycles.info, samples=samples, threads=threads)
+        scene = exported(blend, tuple(cycles.info["size"]))
+        with uploaded(scene, settings) as device:
+            cycles.seconds(WARM, 0)  # builds its tree
+            isophote_seconds(device, scene, replace(settings, samples=1))
+            times = []
+            for seed in range(1, rounds + 1):
+                theirs = cycles_seconds(cycles, samples, seed)
+                times.append((theirs, isophote_seconds(device, scene, replace(settings, seed=seed))))
+            driver = device.driver
+    count = samples * int(scene.resolution[0]) * int(scene.resolution[1])
+    ratios = [theirs / ours for theirs, ours in times]
+    theirs, ours = (statistics.median(column) for column in zip(*times, strict=True))
+    return {
+        "scene": blend.stem,
+        "size": cycles.info["size"],
+        "samples": samples,
+        "rounds": rounds,
+        "threads": threads,
+        "ratio_median": statistics.median(ratios),
+        "ratio_min": min(ratios),
+        "ratio_max": max(ratios),
+        "isophote_samples_per_second": count / ours,
+        "cycles_samples_per_second": count / theirs,
+        # The kernels have no counter of path lengths: the limits are all that is said about them.
+        "bounces": cycles.info["bounces"],
+        "load": os.getloadavg()[0],
+        "processor": processor_name(),
+        "isophote": driver,
+        "cycles": f"Blender {cycles.info['version']}",
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="bench.cycles_speed", description="Isophote's and Cycles' samples a second.")
+    parser.add_argument("files", nargs="*", type=Path)
+    parser.add_argument("--samples", type=int, default=8)
+    parser.add_argument("--rounds", type=int, default=4)
+    parser.add_argument("--threads", type=int, default=0, help="of both; 0: all")
+    parser.add_argument("--made", type=Path, help="folder that holds or gets the scenes of make_bench_scenes.py")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        for blend in options.files or made_scenes(options.made or Path(folder)):
+            row = time_scene(blend, options.samples, options.rounds, options.threads or os.cpu_count() or 1)
+            print(json.dumps(row), flush=True)
+
+
+if __name__ == "__main__":
+    main()
