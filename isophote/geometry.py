@@ -11,6 +11,7 @@ from isophote import _native
 from isophote.records import make_records, numbers, records
 from isophote.scene import Scene
 
+BOX_MARGIN = 2.0**-20  # relative to the largest coordinate of a box: 16 roundings of float32
 MAX_LEAF = 4  # items; larger leaves only where the surface area heuristic cannot tell them apart
 
 
@@ -48,9 +49,12 @@ class TreeList:
         n = numbers()
         count, balls = len(soup.corners), len(spheres)
         centers, radii = spheres["center"], spheres["radius"][:, None]
-        # One float step outwards: centre minus radius is itself rounded.
-        lo = np.concatenate([soup.corners.min(1), np.nextafter(centers - radii, -np.inf), items.lo])
-        hi = np.concatenate([soup.corners.max(1), np.nextafter(centers + radii, np.inf), items.hi])
+        lo = np.concatenate([soup.corners.min(1), centers - radii, items.lo])
+        hi = np.concatenate([soup.corners.max(1), centers + radii, items.hi])
+        # Wider by the roundings of triangle_hit, which go with the largest coordinate: else a ray in the plane of
+        # a flat box, or one that meets coincident triangles, would find a hit in one tree and not in another.
+        margin = np.maximum(np.abs(lo), np.abs(hi)).max(1, keepdims=True) * np.float32(BOX_MARGIN)
+        lo, hi = lo - margin, hi + margin
         kinds = [n["REF_TRIANGLES"], n["REF_SPHERES"]]
         reference = np.concatenate([np.repeat(np.array(kinds, np.uint32) << 30, [count, balls]), items.reference])
         nodes, order, last, root, depth = _native.make_tree(

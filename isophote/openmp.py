@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
-import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
@@ -42,6 +42,8 @@ class OpenMPDevice:
             self.strict = f"precision {settings.precision} was asked for"
         self.buffers: list[np.ndarray] = []
         self.tree = None
+        # One thread for all items: to OpenMP a new caller is a new team of threads.
+        self.worker = ThreadPoolExecutor(1, "isophote-openmp")
 
     def upload(self, prepared: Prepared) -> None:
         """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree."""
@@ -53,29 +55,22 @@ class OpenMPDevice:
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""
         params = make_params(item, settings)
-        made, flag, result = sums.copy(), np.zeros(1, np.int32), []
-
-        def work():
-            try:
-                result.append(self.native.render(self.variant, self.buffers, self.tree, params, self.threads, made,
-                                                 flag))
-            except MemoryError:
-                result.append(DeviceError("openmp: out of memory while rendering"))
-
-        thread = threading.Thread(target=work, name="isophote-openmp")
-        thread.start()
-        while thread.is_alive():
-            thread.join(POLL_SECONDS)
+        made, flag = sums.copy(), np.zeros(1, np.int32)
+        work = self.worker.submit(self.native.render, self.variant, self.buffers, self.tree, params, self.threads, made,
+                                  flag)
+        while not wait([work], POLL_SECONDS).done:
             if cancelled():
                 flag[0] = 1
-        if result and isinstance(result[0], DeviceError):
-            raise result[0]
-        if not result or not result[0]:
-            return 0
+        try:
+            if not work.result():
+                return 0
+        except MemoryError as error:
+            raise DeviceError("openmp: out of memory while rendering") from error
         sums[:] = made
         return item.samples
 
     def close(self) -> None:
+        self.worker.shutdown()
         self.buffers, self.tree = [], None
 
 

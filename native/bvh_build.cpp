@@ -12,7 +12,8 @@ namespace {
 
 constexpr int BINS = 16;
 constexpr int MAX_DEPTH = 44; /* kernels/bvh.h keeps a stack of 96 for two levels */
-constexpr size_t TASK_ITEMS = 4096;
+constexpr size_t SMALL_PART = 4096;
+constexpr int PARTS_PER_THREAD = 8;
 constexpr float NODE_COST = 1.0f, ITEM_COST = 1.0f;
 
 struct Box {
@@ -95,16 +96,37 @@ Split best_split(const BuildItem *items, size_t n, const Box &centers) {
   return best;
 }
 
+/* Items [first, end) that a node is to be made of. */
+struct Part {
+  uint32_t node;
+  size_t first, end;
+  int depth;
+  size_t size() const { return end - first; }
+};
+
 class Builder {
  public:
   Builder(std::vector<BuildItem> &items, int max_leaf)
       : items_(items), max_leaf_(uint32_t(max_leaf)), nodes_(2 * items.size()) {}
 
+  /* The largest parts are split one after the other until there are enough of them to share out; no OpenMP
+   * tasks, because libomp 19 loses track of their memory when the threads that called it come and go. */
   void build(int threads) {
     used_ = 1;
-#pragma omp parallel num_threads(threads)
-#pragma omp single
-    subdivide(0, 0, items_.size(), 0);
+    std::vector<Part> parts{{0, 0, items_.size(), 0}};
+    auto smaller = [](const Part &a, const Part &b) { return a.size() < b.size(); };
+    while (!parts.empty() && parts.size() < size_t(PARTS_PER_THREAD * threads) && parts.front().size() > SMALL_PART) {
+      std::pop_heap(parts.begin(), parts.end(), smaller);
+      Part part = parts.back(), halves[2];
+      parts.pop_back();
+      if (!split(part, halves)) continue;
+      for (const Part &half : halves) {
+        parts.push_back(half);
+        std::push_heap(parts.begin(), parts.end(), smaller);
+      }
+    }
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+    for (size_t i = 0; i < parts.size(); i++) subdivide(parts[i]);
   }
 
   const std::vector<TempNode> &nodes() const { return nodes_; }
@@ -132,32 +154,38 @@ class Builder {
     return middle;
   }
 
-  void subdivide(uint32_t index, size_t first, size_t end, int depth) {
-    TempNode &node = nodes_[index];
+  void subdivide(const Part &part) {
+    Part halves[2];
+    if (!split(part, halves)) return;
+    subdivide(halves[0]);
+    subdivide(halves[1]);
+  }
+
+  /* Makes the part's node a leaf, or an inner node with two halves that are still to be done. */
+  bool split(const Part &part, Part *halves) {
+    TempNode &node = nodes_[part.node];
+    size_t first = part.first, end = part.end, n = part.size();
     Box centers;
     for (size_t i = first; i < end; i++) {
       node.box.add(items_[i].lo, items_[i].hi);
       float c[3] = {center(items_[i], 0), center(items_[i], 1), center(items_[i], 2)};
       centers.add(c, c);
     }
-    size_t n = end - first;
-    bool leaf_allowed = may_be_leaf(first, end);
-    int levels_left = MAX_DEPTH - depth;
-    bool deep = levels_left <= 2 + int(std::ceil(std::log2(double(n) + 1.0)));
-    Split split;
-    if (n > 1 && !deep) split = best_split(&items_[first], n, centers);
+    bool deep = MAX_DEPTH - part.depth <= 2 + int(std::ceil(std::log2(double(n) + 1.0)));
+    Split best;
+    if (n > 1 && !deep) best = best_split(&items_[first], n, centers);
     float area = node.box.half_area();
-    bool worth = split.axis >= 0 && NODE_COST * area + ITEM_COST * split.cost < ITEM_COST * area * float(n);
-    if (leaf_allowed && (n == 1 || !worth)) {
+    bool worth = best.axis >= 0 && NODE_COST * area + ITEM_COST * best.cost < ITEM_COST * area * float(n);
+    if (may_be_leaf(first, end) && (n == 1 || !worth)) {
       node.first = uint32_t(first);
       node.count = uint32_t(n);
-      return;
+      return false;
     }
     size_t middle;
-    if (split.axis >= 0) {
-      Binning binning = make_binning(centers, split.axis);
+    if (best.axis >= 0) {
+      Binning binning = make_binning(centers, best.axis);
       auto cut = std::partition(items_.begin() + long(first), items_.begin() + long(end),
-                                [&](const BuildItem &i) { return binning(i, split.axis) < split.bin; });
+                                [&](const BuildItem &i) { return binning(i, best.axis) < best.bin; });
       middle = size_t(cut - items_.begin());
     } else {
       middle = split_by_median(first, end, centers);
@@ -166,10 +194,9 @@ class Builder {
     uint32_t left = used_.fetch_add(2);
     node.child[0] = left;
     node.child[1] = left + 1;
-#pragma omp task if (n > TASK_ITEMS)
-    subdivide(left, first, middle, depth + 1);
-#pragma omp task if (n > TASK_ITEMS)
-    subdivide(left + 1, middle, end, depth + 1);
+    halves[0] = {left, first, middle, part.depth + 1};
+    halves[1] = {left + 1, middle, end, part.depth + 1};
+    return true;
   }
 
   std::vector<BuildItem> &items_;

@@ -60,9 +60,10 @@ class Host:
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                               timeout=timeout, cwd=self.folder)
 
-    def scenario(self, name: str, *arguments: str) -> tuple[dict, str]:
+    def scenario(self, name: str, *arguments: str, timeout: float = 120) -> tuple[dict, str]:
         """What a scenario found (it prints one line of JSON), and the log."""
-        done = self.run("--python", str(SCENARIOS / f"{name}.py"), "--", str(self.folder), *arguments)
+        done = self.run("--python", str(SCENARIOS / f"{name}.py"), "--", str(self.folder), *arguments,
+                        timeout=timeout)
         lines = [line[len(MARK):] for line in done.stdout.splitlines() if line.startswith(MARK)]
         assert lines, f"scenario {name} did not come to its end:\n{done.stdout}"
         return json.loads(lines[-1]), done.stdout
