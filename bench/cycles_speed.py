@@ -1,6 +1,6 @@
 """Samples a second of Isophote's OpenMP device and of Cycles on the CPU, in turn in one run.
 
-    python -m bench.cycles_speed [FILE.blend ...] [--samples 8] [--rounds 4] [--threads 0]
+    python -m bench.cycles_speed [FILE.blend ...] [--samples 8] [--rounds 3] [--threads 0]
 
 Both keep the scene and its tree; each round times Cycles, Isophote, Cycles, Isophote, ..., so that a
 change of the machine's load meets both. Cycles' time is that of its last samples only, the difference
@@ -31,7 +31,10 @@ WARM = 1  # samples of the shorter of Cycles' two renders
 
 def cycles_seconds(cycles: Cycles, samples: int, seed: int) -> float:
     """Time of `samples` samples without what is around them."""
-    return cycles.seconds(WARM + samples, seed) - cycles.seconds(WARM, seed)
+    seconds = cycles.seconds(WARM + samples, seed) - cycles.seconds(WARM, seed)
+    if seconds <= 0.0:
+        raise RuntimeError("Cycles took no longer for more samples: it did not render them, or the machine is too busy")
+    return seconds
 
 
 def isophote_seconds(device, scene, settings) -> float:
@@ -79,7 +82,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="bench.cycles_speed", description="Isophote's and Cycles' samples a second.")
     parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--samples", type=int, default=8)
-    parser.add_argument("--rounds", type=int, default=4)
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=0, help="of both; 0: all")
     parser.add_argument("--made", type=Path, help="folder that holds or gets the scenes of make_bench_scenes.py")
     options = parser.parse_args()

@@ -108,6 +108,7 @@ def answer(request: dict, folder: str) -> dict:
     cycles = bpy.context.scene.cycles
     n, cycles.seed = request["samples"], request["seed"]
     cycles.samples, cycles.sample_offset, cycles.sample_subset_length = 2 * n, n, n
+    bpy.context.scene.update_tag()  # Cycles' properties do not tell the kept dependency graph that they changed
     started = time.perf_counter()
     bpy.ops.render.render()
     seconds = time.perf_counter() - started

@@ -52,7 +52,7 @@ def prepare(scene: Scene) -> Prepared:
         "slot_materials": scene.slot_materials, "lights": lights, "light_alias": alias,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
         "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=root,
-                              light_count=len(lights), lamp_count=len(lamps), features=features)}
+                              light_count=len(lights), lamp_count=min(len(lamps), len(lights)), features=features)}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype) for name, dtype in scene_buffers().items()}
     return Prepared(buffers, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 

@@ -17,6 +17,7 @@ from .nodes import Values, find_input, source_of
 
 POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
 NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
+INDIRECT = 2 | 4 | 8  # RAY_ bits of kernels/scene_records.h: diffuse, glossy, transmission
 
 
 @dataclass
@@ -57,6 +58,8 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     flags |= FACING_DISK if kind in (POINT, SPOT) and compat.soft_falloff(light) else 0
     if not np.any(strength):
         return None
+    if visibility & INDIRECT != INDIRECT:
+        values.note("is hidden from some kinds of rays, which light sampling does not heed: part of its light remains")
     return Lamp(ob.name, kind, to_world, strength, size, spot, flags, visibility)
 
 

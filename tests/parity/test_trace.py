@@ -1,4 +1,4 @@
-"""Hits do not depend on the tree: no tree at all, the BVH2 of the kernels and the wide tree of the CPU give the same bits.
+"""Hits do not depend on the tree: no tree, the BVH2 of the kernels and the wide tree of the CPU give the same bits.
 
 Rays are random ones, and those that meet what is hard: vertices, edges, coincident triangles, planes that contain
 them, instances.
@@ -41,7 +41,7 @@ def scene_of(kind):
         shape = soup(rng, 40, 0.8)
         for _ in range(4):
             b.instance(b.mesh((shape[0], np.concatenate([shape[1], shape[1][:, [1, 2, 0]]]))), material)
-        for k in range(5):
+        for _ in range(5):
             b.instance(b.mesh(quad((0, 0, 0), (1.5, 0, 0), (0, 1.5, 0))), material)
             b.sphere((0.5, 0.5, 0.5), 0.7, material)
     else:
@@ -64,9 +64,9 @@ def rays_at(targets, origins):
 def rays_for(scene):
     """float32 (n, 8): origin, direction, t_min, t_max."""
     rng = np.random.default_rng(4)
-    corners = np.concatenate([
-        scene.vertices[scene.triangles[scene.mesh_triangles[mesh]:scene.mesh_triangles[mesh + 1]]].astype(float)
-        @ matrix[:, :3].T + matrix[:, 3] for mesh, matrix in zip(scene.instance_mesh, scene.instance_to_world, strict=True)])
+    first, all_corners = scene.mesh_triangles, scene.vertices[scene.triangles].astype(float)
+    corners = np.concatenate([all_corners[first[mesh]:first[mesh + 1]] @ matrix[:, :3].T + matrix[:, 3]
+                              for mesh, matrix in zip(scene.instance_mesh, scene.instance_to_world, strict=True)])
     picked = corners[rng.integers(len(corners), size=RAYS)]
     outside = rng.normal(size=(RAYS, 3)) * 3
     onto_edges = picked[:, 0] + rng.integers(0, 5, (RAYS, 1)) / 4 * (picked[:, 1] - picked[:, 0])

@@ -1,0 +1,158 @@
+"""The tree builder: valid trees over anything, the same ones for any number of threads."""
+
+import numpy as np
+import pytest
+
+from isophote import _native
+from isophote.records import numbers, records
+
+N = numbers()
+DEPTH = 46  # what the stacks of kernels/bvh.h rest on
+MAX_LEAF = 4
+
+
+def build(lo, hi, reference=None, max_leaf=MAX_LEAF, threads=1, base=(0, 0, 0)):
+    lo, hi = (np.ascontiguousarray(a, np.float32).reshape(-1, 3) for a in (lo, hi))
+    if reference is None:
+        reference = np.full(len(lo), N["REF_TRIANGLES"] << 30, np.uint32)
+    nodes, order, last, root, depth = _native.make_tree(lo, hi, reference, *base, max_leaf, threads)
+    return nodes.view(records()["Bvh2Node"]), order, last, root, depth
+
+
+def boxes(rng, count, size=0.1):
+    center = rng.uniform(-1, 1, (count, 3))
+    half = rng.uniform(0, size, (count, 3))
+    return center - half, center + half
+
+
+def check(lo, hi, made, reference=None, base=(0, 0, 0)):
+    """Walks the tree: every item once, boxes around all that lies below, leaves that end, depth as told."""
+    nodes, order, last, root, depth = made
+    lo, hi = (np.asarray(a, np.float32).reshape(-1, 3) for a in (lo, hi))
+    assert sorted(order.tolist()) == list(range(len(lo)))
+    if not len(lo):
+        assert root == N["NONE"] and not len(nodes)
+        return
+    kinds = np.full(len(lo), N["REF_TRIANGLES"]) if reference is None else reference >> 30
+    position = {kind: np.flatnonzero(kinds[order] == kind) for kind in range(4)}
+    seen, deepest, leaf_sizes = [], 0, []
+    stack = [(int(root), np.full(3, -np.inf), np.full(3, np.inf), 1)]
+    visited = set()
+    while stack:
+        ref, low, high, level = stack.pop()
+        deepest = max(deepest, level)
+        kind, index = ref >> 30, ref & 0x3FFFFFFF
+        if kind == N["REF_NODE"]:
+            assert ref not in visited
+            visited.add(ref)
+            node = nodes[index - base[0]]
+            for child in (0, 1):
+                child_low, child_high = (np.array([node[f"{side}_{axis}"][child] for axis in "xyz"])
+                                         for side in ("lo", "hi"))
+                assert (child_low >= low).all() and (child_high <= high).all()
+                stack.append((int(node["child"][child]), child_low, child_high, level + 1))
+            continue
+        if kind == N["REF_INSTANCE"]:
+            items = np.flatnonzero(reference == ref)
+            assert len(items) == 1
+        else:  # a run of one kind that ends at the item marked last
+            run = position[kind][index - base[1 if kind == N["REF_TRIANGLES"] else 2]:]
+            items = order[run[:np.argmax(last[run]) + 1]]
+            assert last[run].any()
+        leaf_sizes.append(len(items))
+        seen.extend(items.tolist())
+        assert (lo[items] >= low).all() and (hi[items] <= high).all()
+    assert sorted(seen) == list(range(len(lo)))
+    assert len(visited) == len(nodes)
+    assert deepest <= depth + 1 and depth <= DEPTH
+    return leaf_sizes
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 4, 5, 100, 3000])
+def test_trees_are_valid(count):
+    lo, hi = boxes(np.random.default_rng(count), count)
+    check(lo, hi, build(lo, hi))
+
+
+def test_leaves_hold_few_items():
+    lo, hi = boxes(np.random.default_rng(5), 3000)
+    assert max(check(lo, hi, build(lo, hi))) <= MAX_LEAF
+    assert max(check(lo, hi, build(lo, hi, max_leaf=1))) == 1
+
+
+def test_kinds_do_not_mix_in_leaves():
+    """Triangles, spheres and instances under one root, numbered from where the tree's parts begin."""
+    rng = np.random.default_rng(6)
+    lo, hi = boxes(rng, 600)
+    kind = rng.integers(1, 4, 600).astype(np.uint32)
+    reference = kind << 30 | np.where(kind == N["REF_INSTANCE"], np.arange(600), 0).astype(np.uint32)
+    base = (1000, 77, 33)
+    check(lo, hi, build(lo, hi, reference, base=base), reference, base)
+
+
+@pytest.mark.parametrize("count", [100, 20000, 200000])
+def test_threads_make_no_difference(count):
+    lo, hi = boxes(np.random.default_rng(7), count, 0.02)
+    one = build(lo, hi, threads=1)
+    for threads in (2, 7):
+        other = build(lo, hi, threads=threads)
+        assert all(np.array_equal(a, b) for a, b in zip(one[:3], other[:3], strict=True)) and one[3:] == other[3:]
+
+
+def same_point(count):
+    return np.zeros((count, 3)), np.zeros((count, 3))
+
+
+def same_center(count):
+    half = np.random.default_rng(8).uniform(0, 1, (count, 3))
+    return -half, half
+
+
+def on_a_line(count):
+    """Sizes that fall by powers of two: greedy splits would peel off one at a time."""
+    x = 2.0 ** -np.linspace(0, 120, count)
+    lo = np.stack([x, np.zeros(count), np.zeros(count)], axis=1)
+    return lo, lo * 1.01
+
+
+def flat(count):
+    lo, hi = boxes(np.random.default_rng(9), count)
+    lo[:, 2] = hi[:, 2] = 0.25
+    return lo, hi
+
+
+def far_apart(count):
+    """Half in one point, half at the ends of what float32 holds."""
+    lo = np.zeros((count, 3))
+    lo[::2] = np.random.default_rng(10).choice([-1, 1], (len(lo[::2]), 3)) * 1e37
+    return lo, lo
+
+
+def clusters(count):
+    """Ever denser clusters within clusters."""
+    rng = np.random.default_rng(11)
+    center = rng.normal(size=(count, 3)) * 10.0 ** -rng.integers(0, 30, (count, 1))
+    return center, center
+
+
+@pytest.mark.parametrize("shape", [same_point, same_center, on_a_line, flat, far_apart, clusters])
+@pytest.mark.parametrize("count", [2, 9, 5000])
+def test_degenerate_input(shape, count):
+    lo, hi = shape(count)
+    check(lo, hi, build(lo, hi, threads=2))
+
+
+def test_huge_counts_in_one_point_stay_shallow():
+    lo, hi = same_point(300000)
+    nodes, order, last, root, depth = build(lo, hi, threads=2)
+    assert sorted(order.tolist()) == list(range(300000)) and depth <= DEPTH
+
+
+def test_good_trees_are_better_than_bad_ones():
+    """The surface area heuristic: far fewer box areas than a tree over a shuffled order would have."""
+    lo, hi = boxes(np.random.default_rng(12), 4000, 0.02)
+    nodes = build(lo, hi)[0]
+    size = [np.maximum(nodes[f"hi_{axis}"] - nodes[f"lo_{axis}"], 0) for axis in "xyz"]
+    area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
+    whole = 2 * 3 * 2.0 ** 2
+    assert area.sum() / whole < 40, "expected visits of a random line"

@@ -1,0 +1,275 @@
+"""Lights: what sample_light draws against its density, what hit_lamp says of the same directions, and how one of
+many is picked."""
+
+import ctypes
+import hashlib
+import subprocess
+import zlib
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from isophote import _native
+from isophote.prepare import alias_table
+from isophote.records import numbers, params_dtype, records, scene_buffers
+from tests.kernel_lib import BUILD, ROOT, STRICT, find_compiler
+from tests.scenes import (
+    ELLIPSE,
+    POINT,
+    RECTANGLE,
+    SPOT,
+    SUN,
+    Builder,
+    diffuse,
+    emission,
+    look_at,
+    place,
+    quad,
+    ready,
+)
+
+N = numbers()
+SAMPLES = 1 << 17
+ROWS, COLUMNS, FINE = 12, 24, 40
+SIGNIFICANCE = 1e-5
+
+PROBE = """
+#include "light.h"
+extern "C" {
+int probe_size() { return sizeof(Light); }
+void probe_sample(const Light *l, const float *p, int n, const float *u, float *direction, float *radiance, float *pdf,
+                  float *distance) {
+  for (int i = 0; i < n; i++) {
+    LightSample s = sample_light(*l, make_real3(p[0], p[1], p[2]), make_real2(u[2 * i], u[2 * i + 1]));
+    float d[3] = {s.direction.x, s.direction.y, s.direction.z}, r[3] = {s.radiance.x, s.radiance.y, s.radiance.z};
+    for (int k = 0; k < 3; k++) direction[3 * i + k] = d[k], radiance[3 * i + k] = r[k];
+    pdf[i] = s.pdf;
+    distance[i] = s.distance;
+  }
+}
+void probe_hit(const Light *l, const float *p, int n, const float *d, float t_max, float *radiance, float *pdf,
+               int *hit) {
+  for (int i = 0; i < n; i++) {
+    Ray ray = free_ray(make_real3(p[0], p[1], p[2]), make_real3(d[3 * i], d[3 * i + 1], d[3 * i + 2]), 0.0f, FAR_AWAY);
+    LightHit h = hit_lamp(*l, ray, t_max, t_max >= FAR_AWAY);
+    float r[3] = {h.radiance.x, h.radiance.y, h.radiance.z};
+    for (int k = 0; k < 3; k++) radiance[3 * i + k] = r[k];
+    pdf[i] = h.pdf;
+    hit[i] = h.hit;
+  }
+}
+void probe_pick(const AliasEntry *table, unsigned count, int n, const float *u, unsigned *picked) {
+  Scene s;
+  s.light_alias = table;
+  for (int i = 0; i < n; i++) picked[i] = pick_light(s, u[i], count);
+}
+}
+"""
+
+
+class Kernel:
+    def __init__(self):
+        sources = sorted((ROOT / "kernels").rglob("*.h"))
+        key = hashlib.sha256(b"".join(path.read_bytes() for path in sources) + PROBE.encode()).hexdigest()[:16]
+        library = BUILD / f"light_{key}.so"
+        if not library.exists():
+            BUILD.mkdir(parents=True, exist_ok=True)
+            partial = library.with_suffix(f".{id(self)}.partial")
+            subprocess.run([find_compiler(), *STRICT, "-O2", f"-I{ROOT / 'kernels'}", "-x", "c++", "-",
+                            "-o", str(partial)], input=PROBE, text=True, check=True)
+            partial.replace(library)
+        self.library = ctypes.CDLL(str(library))
+
+    def call(self, name, *arguments):
+        getattr(self.library, name)(*[a.ctypes.data_as(ctypes.c_void_p) if isinstance(a, np.ndarray) else a
+                                      for a in arguments])
+
+    def sample(self, light, p, u):
+        """(directions, radiances, pdfs, distances)."""
+        u, p = np.ascontiguousarray(u, np.float32), np.asarray(p, np.float32)
+        d, r = np.empty((2, len(u), 3), np.float32)
+        pdf, t = np.empty((2, len(u)), np.float32)
+        self.call("probe_sample", light, p, len(u), u, d, r, pdf, t)
+        return d, r, pdf, t
+
+    def hit(self, light, p, d, t_max=3.0e38):
+        """(radiances, pdfs, hits) of rays from p."""
+        d, p = np.ascontiguousarray(d, np.float32), np.asarray(p, np.float32)
+        r, pdf, hit = np.empty_like(d), np.empty(len(d), np.float32), np.empty(len(d), np.int32)
+        self.call("probe_hit", light, p, len(d), d, ctypes.c_float(t_max), r, pdf, hit)
+        return r, pdf, hit == 1
+
+
+@pytest.fixture(scope="module")
+def kernel():
+    return Kernel()
+
+
+def record(kind, size, matrix, spot=(1.2, 0.5), flags=0):
+    """A lamp's record as prepare makes it, picked with probability 1."""
+    b = Builder()
+    b.add(quad((0, 0, 0), (1, 0, 0), (0, 1, 0)), diffuse(0.5))
+    b.lamp(kind, (1, 2, 3), matrix, size, spot, flags)
+    return ready(b.make()).buffers["lights"]
+
+
+DOWN = look_at((0.3, -0.2, 2.0), (0.1, 0.1, 0), (0.3, 1, 0))
+LAMPS = {
+    "point": (POINT, (0.7, 0), DOWN), "small point": (POINT, (0.01, 0), DOWN), "spot": (SPOT, (0.7, 0), DOWN),
+    "disk": (POINT, (0.9, 0), DOWN, (1.2, 0.5), N["LIGHT_DISK"]),
+    "spot disk": (SPOT, (0.5, 0), DOWN, (1.2, 0.5), N["LIGHT_DISK"]),
+    "sun": (SUN, (0.8, 0), DOWN), "small sun": (SUN, (0.01, 0), DOWN),
+    "rectangle": (RECTANGLE, (1.5, 0.5), DOWN), "ellipse": (ELLIPSE, (0.6, 1.4), DOWN),
+}
+PLACES = {"below": (0.0, 0.0, 0.0), "aside": (2.0, 1.0, 0.7)}
+
+
+@pytest.fixture(params=[(lamp, where) for lamp in LAMPS for where in PLACES], ids=lambda p: f"{p[0]}, {p[1]}")
+def case(request):
+    lamp, where = request.param
+    rng = np.random.default_rng(zlib.crc32(repr(request.param).encode()))
+    return record(*LAMPS[lamp]), np.array(PLACES[where]), rng
+
+
+def cone_around(directions):
+    """(frame of 3 rows with the axis last, 1 - cos of a cone) that hold all directions, with a margin."""
+    axis = directions.mean(0)
+    axis /= np.linalg.norm(axis)
+    frame = look_at(axis, (0, 0, 0))[:, :3].T
+    off = directions - axis
+    return frame, min(2.0, 1.1 * 0.5 * (off * off).sum(1).max() + 1e-9)
+
+
+def directions_of(frame, h, phi):
+    sine = np.sqrt(h * (2 - h))
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), 1 - h], axis=-1) @ frame
+
+
+def cells_of(frame, size, directions):
+    """Row and column of each direction in a grid over the cone, equal in solid angle."""
+    off = directions - frame[2]
+    h = 0.5 * (off * off).sum(1)
+    phi = np.arctan2(directions @ frame[1], directions @ frame[0]) % (2 * np.pi)
+    row = np.minimum((h / size * ROWS).astype(int), ROWS - 1)
+    return row * COLUMNS + np.minimum((phi / (2 * np.pi) * COLUMNS).astype(int), COLUMNS - 1)
+
+
+def test_records_have_the_compilers_sizes(kernel):
+    """dtypes parsed from the headers against sizeof, for every array of the scene and the settings."""
+    assert {name: dtype.itemsize for name, dtype in scene_buffers().items()} | {
+        "params": params_dtype().itemsize} == dict(_native.sizes)
+    assert kernel.library.probe_size() == records()["Light"].itemsize
+
+
+def test_sampled_directions_are_hit_with_the_same_density(kernel, case):
+    """MIS rests on it: both ways to a direction know the other's pdf, and see the same radiance."""
+    light, p, rng = case
+    d, radiance, pdf, distance = kernel.sample(light, p, rng.random((20000, 2), np.float32))
+    np.testing.assert_allclose(np.linalg.norm(d, axis=1), 1, atol=1e-6)
+    assert (pdf > 0).all()
+    seen, other, hit = kernel.hit(light, p, d)
+    assert hit.mean() > 0.995  # on the rim rounding decides
+    np.testing.assert_allclose(other[hit], pdf[hit], rtol=3e-3)
+    np.testing.assert_allclose(seen[hit], radiance[hit], rtol=2e-3, atol=1e-3 * radiance.max())
+    if distance.max() < 1e30:  # a surface in front of all of it, and one behind it
+        assert not kernel.hit(light, p, d, distance.min() * 0.99)[2].any()
+        assert kernel.hit(light, p, d, distance.max() * 1.01)[2].mean() > 0.995
+
+
+def test_density_integrates_to_one(kernel, case):
+    light, p, rng = case
+    frame, size = cone_around(kernel.sample(light, p, rng.random((20000, 2), np.float32))[0].astype(float))
+    side = 1200
+    grid = (np.stack(np.meshgrid(np.arange(side), np.arange(side)), axis=-1).reshape(-1, 2) + 0.5) / side
+    _, pdf, hit = kernel.hit(light, p, directions_of(frame, size * grid[:, 0], 2 * np.pi * grid[:, 1]))
+    assert (pdf * hit).astype(float).mean() * 2 * np.pi * size == pytest.approx(1, abs=4e-3)
+
+
+def test_samples_follow_their_density(kernel, case):
+    """Chi-squared over a grid of directions."""
+    light, p, rng = case
+    d = kernel.sample(light, p, rng.random((SAMPLES, 2), np.float32))[0].astype(float)
+    frame, size = cone_around(d)
+    observed = np.bincount(cells_of(frame, size, d), minlength=ROWS * COLUMNS)
+    rows, columns = ((np.arange(n * FINE) + 0.5) / (n * FINE) for n in (ROWS, COLUMNS))
+    h, phi = np.meshgrid(rows, columns, indexing="ij")
+    _, pdf, hit = kernel.hit(light, p, directions_of(frame, size * h.ravel(), 2 * np.pi * phi.ravel()))
+    density = (pdf * hit).astype(float).reshape(ROWS, FINE, COLUMNS, FINE).mean((1, 3)).ravel()
+    inside = hit.reshape(ROWS, FINE, COLUMNS, FINE).all((1, 3)).ravel()  # the rim's cells are judged together
+    expected = density * 2 * np.pi * size / (ROWS * COLUMNS) * SAMPLES
+    assert inside.sum() > 20
+    chi2 = ((observed - expected)[inside] ** 2 / expected[inside]).sum()
+    assert stats.chi2.sf(chi2, inside.sum()) > SIGNIFICANCE, (chi2, inside.sum())
+    rest = expected[~inside].sum()
+    assert abs(observed[~inside].sum() - rest) < 5 * np.sqrt(rest) + 0.01 * SAMPLES
+
+
+def test_triangles_are_sampled_by_area(kernel):
+    """Barycentric cells of equal area get equal counts; the density is per solid angle, from both sides."""
+    b = Builder()
+    corners = np.array(((0, 0, 1), (2, 0.5, 1.5), (0.3, 1.2, 2)))
+    b.add((corners, np.array([[0, 1, 2]])), emission(1.0))
+    light = ready(b.make()).buffers["lights"]
+    rng = np.random.default_rng(3)
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    for p in ((0.5, 0.2, 0.1), (0.5, 0.2, 4.0)):
+        d, _, pdf, distance = (a.astype(float) for a in kernel.sample(light, p, rng.random((SAMPLES, 2), np.float32)))
+        points = p + d * distance[:, None]
+        weights = np.linalg.solve(np.stack([corners[1] - corners[0], corners[2] - corners[0], normal], axis=1),
+                                  (points - corners[0]).T)
+        assert np.abs(weights[2]).max() < 1e-5 and weights[:2].min() > -1e-5 and weights[:2].sum(0).max() < 1 + 1e-5
+        area = np.linalg.norm(normal) / 2
+        np.testing.assert_allclose(pdf, distance ** 2 / (np.abs(d @ normal) / (2 * area) * area), rtol=1e-4)
+        # Sorting the three weights cuts the triangle into 6 parts of equal area, and into strips by the first one.
+        three = np.stack([*weights[:2], 1 - weights[:2].sum(0)])
+        parts = np.argsort(three, axis=0)[0] * 2 + (np.argsort(three, axis=0)[1] > np.argsort(three, axis=0)[2])
+        assert stats.chisquare(np.bincount(parts, minlength=6)).pvalue > SIGNIFICANCE
+        strips = np.histogram(1 - np.sqrt(np.clip(1 - weights[0], 0, 1)), 20, (0, 1))[0]
+        exact = SAMPLES * np.diff(1 - (1 - np.linspace(0, 1, 21)) ** 4)
+        assert stats.chisquare(strips[exact > 5], exact[exact > 5] * strips[exact > 5].sum()
+                               / exact[exact > 5].sum()).pvalue > SIGNIFICANCE
+
+
+def test_lamps_are_one_sided_and_nothing_from_inside(kernel):
+    u = np.random.default_rng(4).random((1000, 2))
+    behind = (0.3, -0.2, 5.0)
+    for lamp in ("rectangle", "ellipse"):
+        light = record(*LAMPS[lamp])
+        d, _, pdf, _ = kernel.sample(light, behind, u)
+        assert not pdf.any() and not kernel.hit(light, behind, d)[2].any()
+    light = record(*LAMPS["point"])
+    d, _, pdf, _ = kernel.sample(light, DOWN[:, 3] + 0.1, u)
+    assert not pdf.any() and not kernel.hit(light, DOWN[:, 3] + 0.1, d)[2].any()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 50, 1000])
+def test_alias_table_has_the_frequencies(kernel, count):
+    """Exactly, as the table says them; and the kernel's picks over evenly spread numbers."""
+    weights = np.random.default_rng(count).exponential(size=count) ** 3
+    weights[count // 2:count // 2 + 1] = 0 if count > 2 else weights[count // 2:count // 2 + 1]
+    wanted = weights / weights.sum()
+    table = alias_table(wanted)
+    said = table["keep"].astype(float).copy()
+    np.add.at(said, table["alias"], 1 - table["keep"].astype(float))
+    np.testing.assert_allclose(said / count, wanted, atol=1e-7)
+    u = ((np.arange(1 << 20) + 0.5) / (1 << 20)).astype(np.float32)
+    u = np.minimum(u, np.float32(1 - 2.0**-24))
+    picked = np.empty(len(u), np.uint32)
+    kernel.call("probe_pick", table, count, len(u), u, picked)
+    assert picked.max() < count
+    share = np.bincount(picked, minlength=count) / len(u)
+    np.testing.assert_allclose(share, wanted, atol=2 * count ** 0.5 / len(u) + 3e-6)
+    assert not share[wanted == 0].any()
+
+
+def test_lights_are_picked_by_power(kernel):
+    """Probabilities of a scene's lamps and triangles add up to 1 and go with their watts (docs/units.md)."""
+    b = Builder()
+    b.lamp(POINT, 10.0, place((0, 0, 3)))
+    b.lamp(SPOT, 10.0, place((0, 0, 3)), spot=(np.pi / 2, 0.0))
+    b.lamp(RECTANGLE, 5.0, place((0, 0, 3)), (1, 2))
+    b.add(quad((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0)), emission(2.0))
+    lights = ready(b.make()).buffers["lights"]
+    watts = np.array([10, 10 * (1 - np.cos(np.pi / 4)) / 2, 5, 2 * np.pi * 2 * 0.5, 2 * np.pi * 2 * 0.5])
+    np.testing.assert_allclose(lights["probability"], watts / watts.sum(), rtol=1e-5)
