@@ -22,6 +22,24 @@ print("OPENCL", pyopencl.__file__)
 """
 
 
+# A development environment finds the package of the tree first: take the tree off the path.
+WITHOUT_TREE = """
+import runpy, sys
+sys.path[:] = [tools] + [place for place in sys.path if place not in ("", root)]
+sys.meta_path[:] = [finder for finder in sys.meta_path if not type(finder).__module__.startswith("_editable")]
+runpy.run_path(tools + "/blender_bpy.py", run_name="__main__")
+"""
+
+
+def program_without_tree(path: str) -> list[str]:
+    """blender_run.program for an environment that may have this tree installed."""
+    command = blender_run.program(path)
+    if len(command) == 1:
+        return command
+    root = str(blender_run.ROOT)
+    return [path, "-c", f"root, tools = {root!r}, {root + '/tools'!r}\n{WITHOUT_TREE}"]
+
+
 @pytest.fixture(scope="session")
 def zips():
     """Built once; the build checks and validates them."""
@@ -45,7 +63,7 @@ def test_install_and_render(host, zips):
     assert installed.returncode == 0, installed.stdout
     # The bpy module does not load the user's preferences, in which the extension is switched on.
     enable = [] if host.path.endswith("blender") else ["--addons", "bl_ext.user_default.isophote"]
-    done = subprocess.run([*blender_run.program(host.path), "-b", *enable, "--python-expr", CUBE, "-E", "ISOPHOTE",
+    done = subprocess.run([*program_without_tree(host.path), "-b", *enable, "--python-expr", CUBE, "-E", "ISOPHOTE",
                            "-o", str(host.folder / "cube_#"), "-F", "PNG", "-f", "1"],
                           env=env, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
     log = done.stdout
