@@ -57,3 +57,12 @@ def program(path: str) -> list[str]:
     if Path(path).name.startswith("python"):
         return [path, str(ROOT / "tools" / "blender_bpy.py")]
     return [path]
+
+
+def bpy_pythons() -> list[str]:
+    """Pythons with a bpy wheel: ISOPHOTE_BPY_PYTHONS, separated by colons, else those that the Makefile creates.
+
+    They need not exist, so that the order tells which Blender is meant: 4.5, then 5.0.
+    """
+    named = os.environ.get("ISOPHOTE_BPY_PYTHONS")
+    return named.split(":") if named else [str(ROOT / venv / "bin" / "python") for venv in (".venv", ".venv-bpy50")]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real Blenders for the tests of the add-on: the program, and each Python that has a bpy wheel.
 
-ISOPHOTE_BLENDER names the program (default: `blender` on PATH), ISOPHOTE_BPY_PYTHONS the Pythons,
-separated by colons (default: those that `make setup` and `make test` create).
+ISOPHOTE_BLENDER names the program (default: `blender` on PATH), ISOPHOTE_BPY_PYTHONS the Pythons
+(tools/blender_run.py).
 """
 
 import json
@@ -15,31 +15,21 @@ from pathlib import Path
 import blender_run
 import pytest
 
+from tests.conftest import missing
+
 ROOT = blender_run.ROOT
 SCENARIOS = Path(__file__).parent / "scenarios"
 MARK = "SCENARIO "
 HOSTS = ("program", "bpy45", "bpy50")
 
 
-def pythons() -> list[str]:
-    named = os.environ.get("ISOPHOTE_BPY_PYTHONS")
-    return named.split(":") if named else [str(ROOT / venv / "bin" / "python") for venv in (".venv", ".venv-bpy50")]
-
-
 def host_path(host: str) -> str | None:
     """The program or Python of a host, None where it is missing."""
     if host == "program":
         return os.environ.get("ISOPHOTE_BLENDER") or shutil.which("blender")
-    candidates = pythons()
+    candidates = blender_run.bpy_pythons()
     index = HOSTS.index(host) - 1
     return candidates[index] if index < len(candidates) and Path(candidates[index]).exists() else None
-
-
-def missing(what: str) -> None:
-    """Skip, or fail where everything has to be there."""
-    if os.environ.get("CI") == "true":
-        pytest.fail(f"{what}, and CI=true wants every test to run")
-    pytest.skip(what)
 
 
 @dataclass

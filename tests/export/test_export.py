@@ -1,8 +1,7 @@
 """Runs the scripts of this folder inside real Blenders: the program, and the bpy modules.
 
-ISOPHOTE_BLENDER names the program (else `blender` on the path), ISOPHOTE_BPY_PYTHONS the Python
-interpreters that have a bpy module, separated by colons. What is missing is skipped, with CI=true
-it fails.
+ISOPHOTE_BLENDER names the program (else `blender` on the path), ISOPHOTE_BPY_PYTHONS the Pythons that
+have a bpy module (tools/blender_run.py). What is missing is skipped, with CI=true it fails.
 """
 
 import os
@@ -10,18 +9,14 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import blender_run
 import pytest
+
+from tests.conftest import missing
 
 HERE = Path(__file__).parent
 SCRIPTS = sorted(path.name for path in HERE.glob("inside_*.py"))
-PYTHONS = [path for path in os.environ.get("ISOPHOTE_BPY_PYTHONS", "").split(":") if path]
 SECONDS = 240  # generous: the machine may be busy
-
-
-def missing(what):
-    if os.environ.get("CI") == "true":
-        pytest.fail(what)
-    pytest.skip(what)
 
 
 def run(command):
@@ -39,8 +34,8 @@ def test_in_blender(script):
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
-@pytest.mark.parametrize("python", PYTHONS or [None])
+@pytest.mark.parametrize("python", blender_run.bpy_pythons(), ids=lambda path: Path(path).parts[-3])
 def test_in_bpy_module(python, script):
-    if python is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
+    if not Path(python).exists():
+        missing(f"{python}: no such Python with a bpy module")
     run([python, str(HERE / script)])
