@@ -16,7 +16,6 @@
 #endif
 #define STRICT_FP _Pragma("OPENCL FP_CONTRACT OFF")
 #define GLOBAL __global
-#define CONSTANT __constant
 #define FN static inline
 typedef float real;
 typedef float3 real3;
@@ -32,7 +31,6 @@ typedef float2 real2;
 #define real_of(x) ((float)(x))
 #define bits_of_float(x) as_uint(x)
 #define float_of_bits(x) as_float((uint)(x))
-#define select_real(c, a, b) ((c) ? (a) : (b))
 
 #else
 /* ------------------------------------------------------------------ C++20 */
@@ -45,7 +43,6 @@ typedef float2 real2;
 #define STRICT_FP
 #endif
 #define GLOBAL
-#define CONSTANT static const
 #define FN static inline __attribute__((always_inline))
 typedef unsigned int uint;
 #ifdef ISOPHOTE_REFERENCE
@@ -111,7 +108,6 @@ FN float float_of_bits(uint x) { return __builtin_bit_cast(float, x); }
 #define fabs(x) __builtin_fabsf(x)
 #define floor(x) __builtin_floorf(x)
 #endif
-#define select_real(c, a, b) ((c) ? (a) : (b))
 #endif
 
 /* ------------------------------------------------------- common to both */

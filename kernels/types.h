@@ -23,7 +23,6 @@ FN real3 cross3(real3 a, real3 b) {
   return make_real3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 FN real3 abs3(real3 a) { return make_real3(fabs(a.x), fabs(a.y), fabs(a.z)); }
-FN real length3(real3 a) { return sqrt(dot3(a, a)); }
 FN real3 normalize3(real3 a) { return a * (REAL(1.0) / sqrt(dot3(a, a))); }
 FN real max_of3(real3 a) { return max_real(a.x, max_real(a.y, a.z)); }
 FN real3 zero3(void) { return make_real3(REAL(0.0), REAL(0.0), REAL(0.0)); }
