@@ -55,7 +55,7 @@ def find_program() -> list[str] | None:
 def program(path: str) -> list[str]:
     """The start of a command for Blender, or for a Python that has the bpy wheel and so needs the runner."""
     if Path(path).name.startswith("python"):
-        return [path, str(ROOT / "tools" / "blender_bpy.py")]
+        return [path, str(ROOT / "addon" / "scripts" / "blender_bpy.py")]
     return [path]
 
 

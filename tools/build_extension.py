@@ -23,7 +23,7 @@ WHEELS = BUILD / "wheels"
 DIST = ROOT / "dist"
 BLENDER_PYTHONS = ("3.11", "3.13")  # of Blender 4.1 to 5.0 (and Debian's 3.4), and of 5.1 and newer
 MANYLINUX = ("manylinux_2_28_x86_64", "manylinux_2_17_x86_64", "manylinux2014_x86_64")
-NOT_PACKED = shutil.ignore_patterns("__pycache__", "*.pyc")
+NOT_PACKED = shutil.ignore_patterns("__pycache__", "*.pyc", "scripts")
 
 
 def main() -> int:

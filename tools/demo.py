@@ -28,7 +28,8 @@ def main() -> int:
     OUT.mkdir(exist_ok=True)
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"Rendering {blend} with {command[0]}", markup=False)
-    command += ["-b", str(blend), "--addons", ADDON, "--python", str(ROOT / "tools" / "demo_inside_blender.py"),
+    script = ROOT / "addon" / "scripts" / "demo_inside_blender.py"
+    command += ["-b", str(blend), "--addons", ADDON, "--python", str(script),
                 "--", str(OUT / blend.stem)]
     status, lines = run(command, console)
     missing = [f"{OUT / blend.stem}{suffix}" for suffix in (".png", ".exr")

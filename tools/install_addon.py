@@ -27,7 +27,7 @@ def main() -> int:
     if command is None:
         print("No Blender on PATH, ISOPHOTE_BLENDER is not set and there is no bpy wheel here", file=sys.stderr)
         return 1
-    script = ROOT / "tools" / "install_inside_blender.py"
+    script = ROOT / "addon" / "scripts" / "install_inside_blender.py"
     zips = newest("isophote-*-linux-x64.zip"), newest("isophote-*-blender-3.4.zip")
     done = subprocess.run([*command, "-b", "--python", str(script), "--", *zips], text=True, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT)

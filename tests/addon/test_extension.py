@@ -25,9 +25,9 @@ print("OPENCL", pyopencl.__file__)
 # A development environment finds the package of the tree first: take the tree off the path.
 WITHOUT_TREE = """
 import runpy, sys
-sys.path[:] = [tools] + [place for place in sys.path if place not in ("", root)]
+sys.path[:] = [scripts] + [place for place in sys.path if place not in ("", root)]
 sys.meta_path[:] = [finder for finder in sys.meta_path if not type(finder).__module__.startswith("_editable")]
-runpy.run_path(tools + "/blender_bpy.py", run_name="__main__")
+runpy.run_path(scripts + "/blender_bpy.py", run_name="__main__")
 """
 
 
@@ -37,7 +37,7 @@ def program_without_tree(path: str) -> list[str]:
     if len(command) == 1:
         return command
     root = str(blender_run.ROOT)
-    return [path, "-c", f"root, tools = {root!r}, {root + '/tools'!r}\n{WITHOUT_TREE}"]
+    return [path, "-c", f"root, scripts = {root!r}, {root + '/addon/scripts'!r}\n{WITHOUT_TREE}"]
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 TEXT = {".py", ".h", ".cpp", ".cl", ".md", ".toml", ".txt", ".sh", ".cmake", ".in", ".lock", ""}
 LONGEST = 500
-# Blender's program itself and what starts it; tests may name everything.
-BPY_FOLDERS = ("addon/", "tests/", "bench/", "tools/", "blend_scenes/")
+# What runs inside Blender; tests may name everything.
+BPY_FOLDERS = ("addon/", "tests/", "bench/", "blend_scenes/")
 
 
 def sources() -> dict[str, str]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stands in for the Blender program where there is only the bpy wheel: reads Blender's own options.
 
-    python tools/blender_bpy.py -b FILE --addons NAME -E ENGINE -o //out_#### -F PNG -s 1 -e 2 -a
+    python addon/scripts/blender_bpy.py -b FILE --addons NAME -E ENGINE -o //out_#### -F PNG -s 1 -e 2 -a
 
 As in Blender, options are carried out in their order, and what stands after `--` belongs to scripts.
 Unlike Blender, it exits with 1 when a render reported an error or wrote no picture.
