@@ -20,6 +20,7 @@ from isophote.compare import CompareError, compare
 from isophote.device import DeviceError, list_devices
 from isophote.film import FilmError
 from isophote.images import ImageError, check_place, read_image
+from isophote.kernel_cache import describe_cache
 from isophote.render_command import Interrupted, Job, checked_settings, export_scene_file, open_scene, render_job
 from isophote.scene import FIELDS, SceneError
 from isophote.settings import PRECISIONS, Settings
@@ -200,10 +201,10 @@ def info(scene, frame, blender, json):
 @json_option
 @reported
 def devices(json):
-    """List every device with its driver, and where one cannot be used, why."""
-    found = list_devices()
+    """List every device with its driver, and where one cannot be used, why; and where built kernels are kept."""
+    found, cache = list_devices(), describe_cache()
     if json:
-        print_json({"devices": [vars(device) for device in found]})
+        print_json({"devices": [vars(device) for device in found], "kernel_cache": cache})
         return
     for device in found:
         if device.usable:
@@ -211,6 +212,11 @@ def devices(json):
             click.echo(f"{device.id:<10} {device.name} ({device.driver}), {strict}")
         else:
             click.echo(f"{device.id:<10} {device.name} cannot be used: {device.why_not}")
+    if cache["folder"]:
+        click.echo(f"kernels    kept in {cache['folder']}: {cache['entries']} entries, {cache['bytes'] / 1e6:.1f} of at "
+                   f"most {cache['limit'] / 1e6:.0f} MB")
+    else:
+        click.echo("kernels    not kept")
 
 
 @cli.command(name="compare")

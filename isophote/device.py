@@ -24,7 +24,9 @@ class Device(Protocol):
     """Something that turns work items into sums of samples.
 
     `strict` is True where the device gives strict mode's bits, else the reason why not;
-    `compile_seconds` is the time spent compiling kernels so far. Every method may raise DeviceError;
+    `compile_seconds` is the time spent compiling kernels so far, `kernels_from` says where the last ones
+    came from ("compiler", "cache", or "" for a device whose code is built in); `notes` are what a user
+    should know, in the form of a scene's notes. Every method may raise DeviceError;
     a failed `render` leaves `sums` as it was, so that another device can go on from there.
     """
 
@@ -33,6 +35,8 @@ class Device(Protocol):
     kind: str  # "openmp", "opencl"
     strict: bool | str
     compile_seconds: float
+    kernels_from: str
+    notes: list[dict]
 
     def upload(self, prepared: Prepared) -> None:
         """Take over a prepared scene; what the device held before is dropped."""

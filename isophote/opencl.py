@@ -9,11 +9,15 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from isophote.device import DeviceError, DeviceInfo
+from isophote.kernel_build import KernelBuild, build_key
+from isophote.kernel_cache import open_cache
 from isophote.params import make_params
+from isophote.passes import planes_for
 from isophote.prepare import Prepared
 from isophote.records import header_path, numbers, scene_buffers
 from isophote.schedule import WorkItem
@@ -116,7 +120,9 @@ class OpenCLDevice:
         self.name, self.driver = info.name, info.driver
         self.strict = info.strict if settings.precision == "strict" else f"precision {settings.precision} was asked for"
         self.settings = settings
-        self.compile_seconds = 0.0
+        self.compile_seconds, self.kernels_from = 0.0, ""
+        self.notes: list[dict] = []
+        self.built: KernelBuild | None = None
         self.context = self.calling(self.cl.Context, [self.device])
         self.queue = self.calling(self.cl.CommandQueue, self.context)
         self.scene: list = []
@@ -139,15 +145,39 @@ class OpenCLDevice:
         """Copy the scene's buffers and compile the kernels for its features."""
         assert list(prepared.buffers) == list(scene_buffers())
         self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
+        self.build(kernel_source(), build_options(self.device, self.settings, prepared))
+
+    def build(self, source: str, options: list[str]) -> None:
+        """Make the kernels ready, unless they are already those of this source and these options."""
+        if self.built and self.built.key == build_key(self.device, source, options):
+            return
+        self.keep_kernels()
         started = time.perf_counter()
-        program = self.cl.Program(self.context, kernel_source())
         try:
-            program.build(options=build_options(self.device, self.settings, prepared))
-        except self.cl.Error as error:
+            self.built = KernelBuild(self.cl, self.context, self.device, source, options, open_cache())
+        except (self.cl.Error, RuntimeError) as error:
             raise DeviceError(f"opencl: the kernels do not compile for {self.name}: {error}") from error
-        self.kernels = {name: self.calling(self.cl.Kernel, program, name)
+        self.kernels = {name: self.calling(self.cl.Kernel, self.built.program, name)
                         for name in ("generate", "extend", "shade", "connect", "accumulate")}
+        self.warm_up()
+        self.kernels_from = "cache" if self.built.from_cache else "compiler"
         self.compile_seconds += time.perf_counter() - started
+        for problem in self.built.problems:
+            self.note(problem)
+
+    def keep_kernels(self) -> None:
+        if self.built:
+            self.built.keep(self.note)
+            self.built = None
+
+    def warm_up(self) -> None:
+        """Render one sample of one pixel: PoCL compiles a kernel when it first runs, others load it then."""
+        settings = replace(self.settings, passes=("combined",))
+        self.render(WorkItem((0, 0, 1, 1), 0, 1), settings, np.zeros((planes_for(settings.passes), 1, 1), np.float32),
+                    lambda: False)
+
+    def note(self, what: str) -> None:
+        self.notes.append({"kind": "device", "name": self.name, "what": what})
 
     def reserve(self, paths: int, aovs: bool) -> None:
         """Make room for the state of so many paths."""
@@ -229,6 +259,7 @@ class OpenCLDevice:
     def close(self) -> None:
         """Drop all buffers; the driver frees them with their last reference."""
         self.queue.finish()
+        self.keep_kernels()
         self.scene, self.capacity = [], 0
         for name in ("reals", "uints", "hit_reals", "hit_uints", "light_reals", "light_uints", "results", "aovs",
                      "queues", "light_queue", "kernels"):

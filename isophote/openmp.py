@@ -26,7 +26,8 @@ class OpenMPDevice:
 
     kind = "openmp"
     strict: bool | str = True
-    compile_seconds = 0.0
+    compile_seconds, kernels_from = 0.0, ""
+    notes: list[dict] = []
 
     def __init__(self, settings: Settings):
         try:

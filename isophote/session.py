@@ -71,19 +71,24 @@ class Session:
         cleaned, dropped = clean(scene)
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
                     for problem in problems if problem.severity == "warning"]
-        self.notes: list[dict] = list(scene.notes) + dropped + warnings
+        self._notes: list[dict] = list(scene.notes) + dropped + warnings
         if self.device is None:
             self.device = open_device(settings.device, settings)
         from isophote.prepare import prepare  # needs the native module, which a scene with errors should not
 
         self.prepared = prepare(cleaned)
-        self.notes += self.prepared.notes
+        self._notes += self.prepared.notes
         self.build_seconds = self.prepared.build_seconds
         try:
             self.device.upload(self.prepared)
         except DeviceError as error:
             self.fall_back(error)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds - self.device.compile_seconds
+
+    @property
+    def notes(self) -> list[dict]:
+        """What the picture lacks or the user should know, of the scene and of the devices."""
+        return [*self._notes, *self.device.notes]
 
     def cancel(self) -> None:
         """Stop soon, from any thread; the whole samples that are done stay in the film."""
@@ -155,12 +160,13 @@ class Session:
         failed = self.device
         if failed.kind == "openmp":
             raise error
-        self.notes.append({"kind": "device", "name": failed.name,
-                           "what": f"failed after {self.film.samples} samples, the render went on on the CPU: {error}"})
+        self._notes += failed.notes
+        self._notes.append({"kind": "device", "name": failed.name,
+                            "what": f"failed after {self.film.samples} samples, the render went on on the CPU: {error}"})
         try:
             failed.close()
         except DeviceError as closing:
-            self.notes.append({"kind": "device", "name": failed.name, "what": f"could not be closed: {closing}"})
+            self._notes.append({"kind": "device", "name": failed.name, "what": f"could not be closed: {closing}"})
         self.settings = replace(self.settings, device="openmp")
         self.device = open_device("openmp", self.settings)
         self.device.upload(self.prepared)
@@ -207,6 +213,7 @@ class Session:
             "setup_seconds": self.setup_seconds,
             "build_seconds": self.build_seconds,
             "compile_seconds": self.device.compile_seconds,
+            "kernels_from": self.device.kernels_from,
             "render_seconds": self._seconds,
             "samples_per_second": self.samples_per_second(),
             "error": estimate.value if estimate else None,

@@ -49,7 +49,7 @@ def radiance(region, sample: int, seed: int, planes: int) -> np.ndarray:
 class NoiseDevice:
     """`fail_after`: samples after which render raises; `on_sample` is called before each; `delay` seconds a sample."""
 
-    driver, strict, compile_seconds = "numpy", True, 0.0
+    driver, strict, compile_seconds, kernels_from, notes = "numpy", True, 0.0, "", ()
 
     def __init__(self, settings=None, kind="openmp", fail_after=None, on_sample=None, delay=0.0, planes_seen=None):
         self.name, self.kind = f"noise {kind}", kind
