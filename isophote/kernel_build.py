@@ -1,4 +1,4 @@
-"""From the kernels' source to a program that runs: out of the cache where it holds one, else by the driver's compiler."""
+"""From the kernels' source to a program that runs: out of the cache, or by the driver's compiler."""
 
 from __future__ import annotations
 

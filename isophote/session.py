@@ -160,9 +160,8 @@ class Session:
         failed = self.device
         if failed.kind == "openmp":
             raise error
-        self._notes += failed.notes
-        self._notes.append({"kind": "device", "name": failed.name,
-                            "what": f"failed after {self.film.samples} samples, the render went on on the CPU: {error}"})
+        what = f"failed after {self.film.samples} samples, the render went on on the CPU: {error}"
+        self._notes += [*failed.notes, {"kind": "device", "name": failed.name, "what": what}]
         try:
             failed.close()
         except DeviceError as closing:
