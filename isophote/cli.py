@@ -104,6 +104,8 @@ def cli():
 @click.option("--time", "time_limit", type=click.FloatRange(min=0, min_open=True), metavar="S",
               help="Stop after this many seconds of rendering.")
 @click.option("--device", default=DEFAULTS.device, show_default=True, help="openmp, opencl or opencl:N.")
+@click.option("--wait-for-kernels", is_flag=True, default=None,
+              help="Do not let the CPU render while an OpenCL device compiles its kernels.")
 @click.option("--threads", type=click.IntRange(min=0), default=DEFAULTS.threads, help="CPU threads (default: all).")
 @click.option("--precision", type=click.Choice(PRECISIONS), default=DEFAULTS.precision, show_default=True)
 @click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1), help="Seed (default: the file's, else 0).")
@@ -129,6 +131,9 @@ def print_result(result: dict) -> None:
     error = "unknown" if result["error"] is None else f"{100 * result['error']:.2f} % of the mean brightness"
     click.echo(f"picture    {result['output']}{' (partial)' if result['partial'] else ''}")
     click.echo(f"device     {result['device']} ({result['driver']})")
+    if len(result["samples_by_device"]) > 1:
+        drawn = ", ".join(f"{count} by {name}" for name, count in result["samples_by_device"].items())
+        click.echo(f"drawn      {drawn}")
     click.echo(f"samples    {result['samples']} a pixel, {result['samples_per_second'] / 1e6:.3f} million a second, "
                f"{result['render_seconds']:.2f} s")
     click.echo(f"error      {error}")
@@ -213,8 +218,8 @@ def devices(json):
         else:
             click.echo(f"{device.id:<10} {device.name} cannot be used: {device.why_not}")
     if cache["folder"]:
-        click.echo(f"kernels    kept in {cache['folder']}: {cache['entries']} entries, {cache['bytes'] / 1e6:.1f} of at "
-                   f"most {cache['limit'] / 1e6:.0f} MB")
+        size, limit = (f"{cache[name] / 1e6:.1f} MB" for name in ("bytes", "limit"))
+        click.echo(f"kernels    kept in {cache['folder']}: {cache['entries']} entries, {size} of at most {limit}")
     else:
         click.echo("kernels    not kept")
 

@@ -44,8 +44,8 @@ class Device(Protocol):
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """Add the item's samples, in the order of their numbers, to `sums`, float32 (planes, h, w) of its region.
 
-        Returns the samples added to every pixel: item.samples, or fewer whole ones where `cancelled`,
-        asked at least every 0.2 s, gave True.
+        Returns the samples added to every pixel: item.samples, or fewer whole ones, 0 only where
+        `cancelled`, asked at least every 0.2 s, gave True.
         """
 
     def close(self) -> None:

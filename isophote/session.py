@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from isophote.device import Device, DeviceError, open_device
 from isophote.film import Film, FilmError
+from isophote.handover import with_cpu_meanwhile
 from isophote.passes import check_passes, planes_for
 from isophote.scene import Scene, SceneError
 from isophote.schedule import Region, WorkItem, choose_step, next_samples
@@ -52,6 +53,7 @@ class Session:
         self._cancel = threading.Event()
         self._started: float | None = None
         self._seconds = 0.0
+        self._samples_by_device: dict[str, int] = {}
         self._own_samples = 0  # rendered by this session, without those of a film that it was given
         self._sample_seconds = 0.0
         self._error: ImageError | None = None
@@ -74,6 +76,7 @@ class Session:
         self._notes: list[dict] = list(scene.notes) + dropped + warnings
         if self.device is None:
             self.device = open_device(settings.device, settings)
+        self.device = with_cpu_meanwhile(self.device, settings)
         from isophote.prepare import prepare  # needs the native module, which a scene with errors should not
 
         self.prepared = prepare(cleaned)
@@ -145,13 +148,15 @@ class Session:
         before = time.perf_counter()
         try:
             added = self.device.render(item, self.settings, film.open, self.cancelled)
-            if not 0 <= added <= item.samples or (added < item.samples and not self.cancelled()):
+            if not 0 <= added <= item.samples or not (added or self.cancelled()):
                 raise DeviceError(f"{self.device.name} gave {added} of {item.samples} samples without being cancelled")
         except DeviceError as error:
             self.fall_back(error)
             return
         if added:
             self._sample_seconds = (time.perf_counter() - before) / added
+            drawn = self._samples_by_device
+            drawn[self.device.name] = drawn.get(self.device.name, 0) + added
         self._own_samples += added
         film.add_samples(added)
 
@@ -209,6 +214,7 @@ class Session:
             "width": width,
             "height": height,
             "samples": self.film.samples,
+            "samples_by_device": dict(self._samples_by_device),
             "setup_seconds": self.setup_seconds,
             "build_seconds": self.build_seconds,
             "compile_seconds": self.device.compile_seconds,
