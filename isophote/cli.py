@@ -21,6 +21,7 @@ from isophote.device import DeviceError, list_devices
 from isophote.film import FilmError
 from isophote.images import ImageError, check_place, read_image
 from isophote.kernel_cache import describe_cache
+from isophote.memory import readable
 from isophote.render_command import Interrupted, Job, checked_settings, export_scene_file, open_scene, render_job
 from isophote.scene import FIELDS, SceneError
 from isophote.settings import PRECISIONS, Settings
@@ -110,12 +111,13 @@ def cli():
 @click.option("--precision", type=click.Choice(PRECISIONS), default=DEFAULTS.precision, show_default=True)
 @click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1), help="Seed (default: the file's, else 0).")
 @click.option("--passes", help="Comma-separated, or all (default: all for .exr, combined for .png).")
+@click.option("--explain", is_flag=True, help="Say what the kernels were compiled for and what memory was used.")
 @frame_option
 @size_option
 @blender_option
 @json_option
 @reported
-def render(scene, output, frame, size, blender, json, **options):
+def render(scene, output, frame, size, blender, explain, json, **options):
     """Render FILE, a .blend or an exported .npz, with the file's own settings where no option is given."""
     job = Job(scene, output, *checked_settings(output, **options), frame, size, blender)
     result = render_job(job, stderr)
@@ -123,6 +125,8 @@ def render(scene, output, frame, size, blender, json, **options):
         print_json(result)
     else:
         print_result(result)
+        if explain:
+            print_explanation(result)
     if result["partial"]:
         raise Interrupted(f"{output} holds the {result['samples']} samples that were done and is marked as partial")
 
@@ -139,6 +143,16 @@ def print_result(result: dict) -> None:
     click.echo(f"error      {error}")
     for note in result["notes"]:
         click.echo(f"note       {note['name']}: {note['what']}")
+
+
+def print_explanation(result: dict) -> None:
+    """What of the scene decides the work: the JSON holds the same."""
+    for label, used in (("used", True), ("left out", False)):
+        names = [name.replace("_", " ") for name, is_used in result["features"].items() if is_used is used]
+        click.echo(f"{label:<10} {', '.join(names) or 'nothing'}")
+    if result["kernels_from"]:
+        click.echo(f"kernels    from the {result['kernels_from']} in {result['compile_seconds']:.2f} s")
+    click.echo(f"memory     {', '.join(f'{name} {readable(size)}' for name, size in result['memory'].items())}")
 
 
 @cli.command()

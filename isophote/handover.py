@@ -38,6 +38,7 @@ class Handover:
 
     def upload(self, prepared: Prepared) -> None:
         """Give the scene to the device in a thread of its own, and to the CPU where that takes long."""
+        self.device.check_room(prepared)
         if self.work:
             self.take_over()
         worker = ThreadPoolExecutor(1, "isophote-kernels")

@@ -7,10 +7,12 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from isophote.device import Device, DeviceError, open_device
+from isophote.device import Device, DeviceError, SceneTooLarge, open_device
 from isophote.film import Film, FilmError
 from isophote.handover import with_cpu_meanwhile
+from isophote.memory import check_host_memory
 from isophote.passes import check_passes, planes_for
+from isophote.records import feature_names
 from isophote.scene import Scene, SceneError
 from isophote.schedule import Region, WorkItem, choose_step, next_samples
 from isophote.settings import Settings
@@ -43,8 +45,8 @@ class Session:
 
     A `film` given is rendered on from where it ends: settings.samples count from its first sample.
     A `device` given is used and not opened; the session closes it either way. Raises SceneError for a
-    scene that cannot be rendered, DeviceError for a device that cannot be opened, FilmError for a film
-    of another region or kind, ValueError for settings that do not fit.
+    scene that cannot be rendered, SceneTooLarge for one that does not fit, DeviceError for a device that
+    cannot be opened, FilmError for a film of another region or kind, ValueError for settings that do not fit.
     """
 
     def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None):
@@ -74,6 +76,7 @@ class Session:
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
                     for problem in problems if problem.severity == "warning"]
         self._notes: list[dict] = list(scene.notes) + dropped + warnings
+        check_host_memory(cleaned)
         if self.device is None:
             self.device = open_device(settings.device, settings)
         self.device = with_cpu_meanwhile(self.device, settings)
@@ -84,6 +87,9 @@ class Session:
         self.build_seconds = self.prepared.build_seconds
         try:
             self.device.upload(self.prepared)
+        except SceneTooLarge:
+            self.device.close()
+            raise
         except DeviceError as error:
             self.fall_back(error)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds - self.device.compile_seconds
@@ -219,6 +225,8 @@ class Session:
             "build_seconds": self.build_seconds,
             "compile_seconds": self.device.compile_seconds,
             "kernels_from": self.device.kernels_from,
+            "features": feature_names(self.prepared.features),
+            "memory": dict(self.device.memory),
             "render_seconds": self._seconds,
             "samples_per_second": self.samples_per_second(),
             "error": estimate.value if estimate else None,
