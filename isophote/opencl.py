@@ -184,7 +184,7 @@ class OpenCLDevice:
         started = time.perf_counter()
         try:
             self.built = KernelBuild(self.cl, self.context, self.device, source, options, open_cache())
-        except (self.cl.Error, RuntimeError) as error:
+        except self.cl.Error as error:
             raise DeviceError(f"opencl: the kernels do not compile for {self.name}: {error}") from error
         self.kernels = {name: self.calling(self.cl.Kernel, self.built.program, name)
                         for name in ("generate", "extend", "shade", "connect", "accumulate")}
