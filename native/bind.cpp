@@ -100,10 +100,11 @@ std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
   return p;
 }
 
-WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root) {
+WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root, int threads) {
   nb::gil_scoped_release release;
-  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), reinterpret_cast<const Triangle *>(triangles.data()),
-                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root);
+  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), nodes.size() / sizeof(Bvh2Node),
+                        reinterpret_cast<const Triangle *>(triangles.data()),
+                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root, threads);
 }
 
 bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
@@ -153,7 +154,8 @@ NB_MODULE(_native, m) {
   m.def("make_tree", &make_tree, nb::arg("corners"), nb::arg("lo"), nb::arg("hi"), nb::arg("reference"),
         nb::arg("margin"), nb::arg("node_base"), nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
   nb::class_<WideTree>(m, "WideTree");
-  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"));
+  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"),
+        nb::arg("threads"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
         nb::arg("sums"), nb::arg("cancelled"));
   m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "../kernels/scene_records.h"
+#include "wide_tree.h"
 
 /* Vectors wider than the target's registers only pass between functions that are inlined. */
 #pragma GCC diagnostic ignored "-Wpsabi"
@@ -108,7 +109,7 @@ struct Bins {
 
 /* Items in bins below `bin` along `axis` go left; axis -1 where no split separates anything. */
 struct Split {
-  float cost = std::numeric_limits<float>::infinity(); /* sum of area times number of items */
+  float cost = std::numeric_limits<float>::infinity(); /* sum of area times number of items, in full blocks */
   int axis = -1, bin = 0;
 };
 
@@ -125,7 +126,7 @@ struct Sweep {
     Float4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), abz = __builtin_shufflevector(a, b, 2, 6, 2, 6);
     Float4 x = __builtin_shufflevector(ab, c, 0, 1, 4, 4), y = __builtin_shufflevector(ab, c, 2, 3, 5, 5);
     Float4 z = __builtin_shufflevector(abz, c, 0, 1, 6, 6);
-    cost = (x * y + y * z + z * x) * __builtin_convertvector(count, Float4);
+    cost = (x * y + y * z + z * x) * __builtin_convertvector((count + (BLOCK - 1)) & -BLOCK, Float4);
   }
 };
 
