@@ -94,6 +94,20 @@ nb::tuple make_tree(Corners corners, Floats lo, Floats hi, Uints reference, floa
                         tree.root, tree.depth);
 }
 
+/* Seconds of the stages of building, as in Tree. */
+std::vector<double> time_tree(Corners corners, float margin, int max_leaf, int threads) {
+  nb::gil_scoped_release release;
+  Tree tree = build_tree({corners.data(), corners.shape(0), nullptr, nullptr, nullptr, 0, margin}, {}, max_leaf, threads);
+  return {tree.seconds, tree.seconds + 3};
+}
+
+nb::dict wide_bytes(const WideTree &tree) {
+  nb::dict bytes;
+  bytes["wide_nodes"] = tree.nodes.size() * sizeof(WideNode);
+  bytes["blocks"] = tree.blocks.size() * sizeof(TriangleBlock);
+  return bytes;
+}
+
 std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
   std::vector<const void *> p;
   for (const Bytes &b : buffers) p.push_back(b.data());
@@ -153,7 +167,8 @@ NB_MODULE(_native, m) {
   m.attr("sizes") = sizes;
   m.def("make_tree", &make_tree, nb::arg("corners"), nb::arg("lo"), nb::arg("hi"), nb::arg("reference"),
         nb::arg("margin"), nb::arg("node_base"), nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
-  nb::class_<WideTree>(m, "WideTree");
+  m.def("time_tree", &time_tree, nb::arg("corners"), nb::arg("margin"), nb::arg("max_leaf"), nb::arg("threads"));
+  nb::class_<WideTree>(m, "WideTree").def_prop_ro("bytes", &wide_bytes);
   m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"),
         nb::arg("threads"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),

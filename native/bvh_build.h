@@ -33,6 +33,7 @@ struct Tree {
   std::vector<uint8_t> last;   /* whether the item ends its leaf */
   uint32_t root;               /* reference */
   int depth;
+  double seconds[3]; /* of making boxes, of splitting, of laying the subtrees out */
 };
 
 /* Binned SAH (Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies"). Large parts are
