@@ -49,8 +49,7 @@ class OpenMPDevice:
         """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree."""
         made = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in prepared.buffers.items()}
         self.buffers = list(made.values())
-        self.tree = self.native.make_wide_tree(made["nodes"], made["triangles"], made["instances"],
-                                               int(prepared.buffers["world"]["root"][0]))
+        self.tree = prepared.geometry.wide_tree
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""

@@ -101,7 +101,7 @@ class Scene:
         for name in FIELDS:
             array = np.ascontiguousarray(self.arrays[name])
             digest.update(f"{name}{array.shape}".encode())
-            digest.update(array.tobytes())
+            digest.update(array.reshape(-1).view(np.uint8))
         return digest.hexdigest()
 
 

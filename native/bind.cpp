@@ -13,7 +13,9 @@
 #include "../kernels/scene_buffers.h"
 #include "bvh_build.h"
 #include "isophote_build.h"
+#include "refit.h"
 #include "render.h"
+#include "triangles.h"
 
 namespace nb = nanobind;
 using namespace isophote;
@@ -92,6 +94,87 @@ nb::tuple make_tree(Floats lo, Floats hi, Uints reference, uint32_t node_base, u
                         tree.root, tree.depth);
 }
 
+/* The bytes of records, without copying them. */
+template <typename T>
+nb::object to_bytes(std::vector<T> &&records) {
+  auto *kept = new std::vector<T>(std::move(records));
+  nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+  size_t shape[1] = {kept->size() * sizeof(T)};
+  return nb::cast(nb::ndarray<nb::numpy, uint8_t>(reinterpret_cast<uint8_t *>(kept->data()), 1, shape, owner));
+}
+
+using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Corners = nb::ndarray<const float, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
+using MutableCorners = nb::ndarray<float, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
+
+Parts parts_of(const Bytes &parts) {
+  if (parts.size() % sizeof(Part)) throw std::invalid_argument("parts of the wrong size");
+  return Parts(reinterpret_cast<const Part *>(parts.data()), parts.size() / sizeof(Part));
+}
+
+void bake(Floats vertices, Indices triangles, Bytes parts, int threads, MutableCorners corners) {
+  Parts all = parts_of(parts);
+  if (corners.shape(0) != all.size()) throw std::invalid_argument("bake_corners: corners do not fit the parts");
+  SceneTriangles scene{vertices.data(), triangles.data(), nullptr, nullptr};
+  nb::gil_scoped_release release;
+  bake_corners(scene, all, corners.data(), threads);
+}
+
+nb::tuple place(Indices triangles, Uints slots, Corners normals, Bytes parts, Corners corners, Uints order, Bytes last,
+                int threads) {
+  Parts all = parts_of(parts);
+  if (order.shape(0) != all.size() || last.shape(0) != all.size() || corners.shape(0) != all.size())
+    throw std::invalid_argument("place_triangles: order, last and corners must fit the parts");
+  SceneTriangles scene{nullptr, triangles.data(), slots.data(), normals.data()};
+  PlacedTriangles made;
+  {
+    nb::gil_scoped_release release;
+    made = place_triangles(scene, all, corners.data(), order.data(), last.data(), all.size(), threads);
+  }
+  return nb::make_tuple(to_bytes(std::move(made.triangles)), to_array(std::move(made.normal_index)),
+                        to_bytes(std::move(made.normals)));
+}
+
+void bad_triangles(Floats vertices, Indices triangles, int threads,
+                   nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> bad) {
+  if (bad.shape(0) != triangles.shape(0)) throw std::invalid_argument("find_bad_triangles: one mark for each triangle");
+  nb::gil_scoped_release release;
+  find_bad_triangles(vertices.data(), triangles.data(), triangles.shape(0), bad.data(), threads);
+}
+
+void mesh_boxes(Floats vertices, Indices triangles, Uints mesh_triangles, int threads,
+                nb::ndarray<float, nb::shape<-1, 2, 3>, nb::c_contig, nb::device::cpu> boxes) {
+  if (mesh_triangles.shape(0) != boxes.shape(0) + 1) throw std::invalid_argument("find_mesh_boxes: a box for each mesh");
+  nb::gil_scoped_release release;
+  find_mesh_boxes(vertices.data(), triangles.data(), mesh_triangles.data(), boxes.shape(0), boxes.data(), threads);
+}
+
+bool same(Bytes a, Bytes b, int threads) {
+  nb::gil_scoped_release release;
+  return a.size() == b.size() && same_bytes(a.data(), b.data(), a.size(), threads);
+}
+
+bool are_finite(nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu> values, int threads) {
+  nb::gil_scoped_release release;
+  return all_finite(values.data(), values.shape(0), threads);
+}
+
+nb::tuple refit(Bytes nodes, uint32_t root, Bytes triangles, Bytes spheres, Uints instances, Floats lo, Floats hi, float margin,
+                int threads) {
+  size_t count = instances.shape(0);
+  if (lo.shape(0) != count || hi.shape(0) != count) throw std::invalid_argument("refit_tree: a box for each instance");
+  std::vector<Bvh2Node> made(nodes.size() / sizeof(Bvh2Node));
+  TreeCost cost;
+  {
+    nb::gil_scoped_release release;
+    if (!made.empty()) std::memcpy(made.data(), nodes.data(), nodes.size());
+    Leaves leaves{reinterpret_cast<const Triangle *>(triangles.data()), reinterpret_cast<const Sphere *>(spheres.data()),
+                  instances.data(), lo.data(), hi.data(), count, margin};
+    cost = refit_tree(made, root, leaves, threads);
+  }
+  return nb::make_tuple(to_bytes(std::move(made)), cost.before, cost.after);
+}
+
 std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
   std::vector<const void *> p;
   for (const Bytes &b : buffers) p.push_back(b.data());
@@ -150,6 +233,17 @@ NB_MODULE(_native, m) {
   m.attr("sizes") = sizes;
   m.def("make_tree", &make_tree, nb::arg("lo"), nb::arg("hi"), nb::arg("reference"), nb::arg("node_base"),
         nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
+  m.def("bake_corners", &bake, nb::arg("vertices"), nb::arg("triangles"), nb::arg("parts"), nb::arg("threads"),
+        nb::arg("corners"));
+  m.def("place_triangles", &place, nb::arg("triangles"), nb::arg("slots"), nb::arg("normals"), nb::arg("parts"),
+        nb::arg("corners"), nb::arg("order"), nb::arg("last"), nb::arg("threads"));
+  m.def("find_bad_triangles", &bad_triangles, nb::arg("vertices"), nb::arg("triangles"), nb::arg("threads"), nb::arg("bad"));
+  m.def("find_mesh_boxes", &mesh_boxes, nb::arg("vertices"), nb::arg("triangles"), nb::arg("mesh_triangles"),
+        nb::arg("threads"), nb::arg("boxes"));
+  m.def("same_bytes", &same, nb::arg("a"), nb::arg("b"), nb::arg("threads"));
+  m.def("all_finite", &are_finite, nb::arg("values"), nb::arg("threads"));
+  m.def("refit_tree", &refit, nb::arg("nodes"), nb::arg("root"), nb::arg("triangles"), nb::arg("spheres"),
+        nb::arg("instances"), nb::arg("lo"), nb::arg("hi"), nb::arg("margin"), nb::arg("threads"));
   nb::class_<WideTree>(m, "WideTree");
   m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
