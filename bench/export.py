@@ -46,7 +46,7 @@ def frames_of(blender: str, blend: Path | None, job: dict) -> list[dict]:
 
 def medians(rows: list[dict]) -> dict:
     return {name: round(statistics.median(row[name] for row in rows), 4) for name in rows[0]
-            if name not in ("frame", "round")}
+            if name != "frame"}
 
 
 def main() -> None:

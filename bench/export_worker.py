@@ -26,8 +26,8 @@ MARK = "ISOPHOTE-EXPORT-BENCH "
 STAGES = {
     "total": [(f"{ADDON}.final", "render")],
     "export": [(f"{ADDON}.final", "export_scene")],
-    "validate": [("isophote.session", "validate"), ("isophote.session", "clean"), ("isophote.session", "checked_scene")],
-    "hash": [("isophote.session", "scene_hash")],
+    "validate": [("isophote.session", "check")],
+    "hash": [("isophote.session", "Session.result")],
     "prepare": [("isophote.prepare", "prepare")],
     "bvh2": [("isophote._native", "make_tree"), ("isophote._native", "refit_tree")],
     "wide": [("isophote._native", "make_wide_tree")],
@@ -142,13 +142,13 @@ def main() -> None:
         inner(engine, depsgraph)
         ended = time.perf_counter()
         row = {name: round(seconds, 4) for name, seconds in watch.seconds.items() if name != "total"}
-        row |= {"frame": scene.frame_current, "round": job["round"], "blender": round(started - ends[-1], 4),
+        row |= {"frame": scene.frame_current, "blender": round(started - ends[-1], 4),
                 "total": round(ended - started, 4), "other": round(watch.seconds["total"], 4)}
         ends.append(ended)
         print(MARK + json.dumps(row), flush=True)
 
     final.render = one_frame
-    for job["round"] in range(job["rounds"]):
+    for _ in range(job["rounds"]):
         ends.append(time.perf_counter())
         bpy.ops.render.render(animation=True)
     folder.cleanup()

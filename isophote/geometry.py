@@ -82,7 +82,9 @@ class Geometry:
 
 def is_same(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether two arrays of one type have the same bytes."""
-    return a is b or (a.shape == b.shape and _native.same_bytes(*(x.reshape(-1).view(np.uint8) for x in (a, b)), THREADS))
+    if a is b or a.shape != b.shape:
+        return a is b
+    return _native.same_bytes(a.reshape(-1).view(np.uint8), b.reshape(-1).view(np.uint8), THREADS)
 
 
 def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:

@@ -47,9 +47,9 @@ class Session:
 
     A `film` given is rendered on from where it ends: settings.samples count from its first sample.
     A `device` given is used and not opened; the session closes it either way. `kept` is the geometry of another
-    session (its `prepared.geometry`): what the scenes have in common is used again, without changing a bit. Raises SceneError for a
-    scene that cannot be rendered, DeviceError for a device that cannot be opened, FilmError for a film
-    of another region or kind, ValueError for settings that do not fit.
+    session (its `prepared.geometry`): what the scenes have in common is used again, without changing a bit.
+    Raises SceneError for a scene that cannot be rendered, DeviceError for a device that cannot be opened,
+    FilmError for a film of another region or kind, ValueError for settings that do not fit.
     """
 
     def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None,
