@@ -23,6 +23,7 @@ REFIT_COST = 1.1  # of a tree with new boxes, by the surface area heuristic, ove
 INPUTS = ("vertices", "triangles", "triangle_slots", "normals", "mesh_triangles", "mesh_normals", "instance_mesh",
           "instance_to_world", "instance_slots", "instance_visibility", "sphere_center", "sphere_radius",
           "sphere_material", "sphere_visibility")
+OF_WIDE_TREE = ("nodes", "triangles", "instances")
 # A run of a mesh's triangles as native/triangles.h has it (struct Part).
 PART = np.dtype([("first", "<u4"), ("count", "<u4"), ("instance", "<u4"), ("visibility", "<u4"), ("normals", "<i4"),
                  ("mirrored", "<u4"), ("to_world", "<f8", 12), ("to_object", "<f8", 9)])
@@ -73,10 +74,16 @@ class Geometry:
         """Whether a scene has the same geometry, to the last bit."""
         return all(is_same(self.inputs[name], scene.arrays[name]) for name in INPUTS)
 
+    @property
+    def bytes(self) -> int:
+        """Of memory, about: the CPU's tree holds corners and boxes once more."""
+        arrays = [*self.buffers.values(), *self.inputs.values(), self.buffers["triangles"], self.buffers["nodes"]]
+        return sum(array.nbytes for array in arrays + [tree.order for tree in self.trees])
+
     @cached_property
     def wide_tree(self):
         """The CPU's own tree over the same things."""
-        made = (self.buffers[name].view(np.uint8).reshape(-1) for name in ("nodes", "triangles", "instances"))
+        made = (self.buffers[name].view(np.uint8).reshape(-1) for name in OF_WIDE_TREE)
         return _native.make_wide_tree(*made, self.root)
 
 
@@ -115,8 +122,16 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     root_of = np.full(len(shared), n["NONE"], np.uint32)
     root_of[shared] = roots[:-1]
     instances["root"] = root_of[scene.instance_mesh]
-    return Geometry(buffers | {"instances": instances}, roots[-1], trees,
-                    {name: scene.arrays[name] for name in INPUTS})
+    made = Geometry(buffers | {"instances": instances}, roots[-1], trees, {name: scene.arrays[name] for name in INPUTS})
+    return with_wide_tree_of(kept, made) if kept else made
+
+
+def with_wide_tree_of(kept: Geometry, made: Geometry) -> Geometry:
+    """Takes the CPU's own tree over too, where all that it is made of is the same: other normals do not count."""
+    same = made.root == kept.root and all(is_same(kept.buffers[name], made.buffers[name]) for name in OF_WIDE_TREE)
+    if same and "wide_tree" in vars(kept):
+        made.wide_tree = kept.wide_tree
+    return made
 
 
 # ------------------------------------------------------------------ triangles
@@ -169,17 +184,12 @@ def build(corners: np.ndarray, spheres: np.ndarray, items: Items) -> Tree:
     """A new tree, without the records of its leaves."""
     n = numbers()
     centers, radii = spheres["center"], spheres["radius"][:, None]
-    lo = np.concatenate([corners.min(1), centers - radii, items.lo])
-    hi = np.concatenate([corners.max(1), centers + radii, items.hi])
-    # Wider by the roundings of triangle_hit, which go with the largest coordinate: else a ray in the plane of
-    # a flat box, or one that meets coincident triangles, would find a hit in one tree and not in another.
-    margin = np.maximum(np.abs(lo), np.abs(hi)).max(1, keepdims=True) * np.float32(BOX_MARGIN)
-    lo, hi = lo - margin, hi + margin
-    kinds = [n["REF_TRIANGLES"], n["REF_SPHERES"]]
-    counts = [len(corners), len(spheres)]
-    reference = np.concatenate([np.repeat(np.array(kinds, np.uint32) << 30, counts), items.reference])
+    # Boxes are wider by the roundings of triangle_hit, which go with the largest coordinate: else a ray in the
+    # plane of a flat box, or one that meets coincident triangles, would find a hit in one tree and not in another.
+    reference = np.concatenate([np.full(len(spheres), n["REF_SPHERES"] << 30, np.uint32), items.reference])
     nodes, order, last, root, _ = _native.make_tree(
-        lo.astype(np.float32), hi.astype(np.float32), reference.astype(np.uint32), 0, 0, 0, MAX_LEAF, THREADS)
+        corners, np.concatenate([centers - radii, items.lo]), np.concatenate([centers + radii, items.hi]), reference,
+        BOX_MARGIN, 0, 0, 0, MAX_LEAF, THREADS)
     return Tree(nodes, order, last, root, items)
 
 
@@ -190,10 +200,10 @@ def placed(tree: Tree, scene: Scene, parts: np.ndarray, corners: np.ndarray, sph
     if count < len(order):
         chosen = order < count
         order, last = order[chosen], last[chosen]
-    triangles, tree.normal_index, normals = _native.place_triangles(
-        scene.triangles, scene.triangle_slots, scene.normals, parts.view(np.uint8), corners, order, last, THREADS)
-    tree.triangles = triangles.view(records()["Triangle"])
-    tree.normals = normals.view(records()["CornerNormals"])
+    tree.triangles, tree.normal_index = np.empty(count, records()["Triangle"]), np.empty(count, np.uint32)
+    tree.normals = np.empty(int(parts["count"][parts["normals"] >= 0].sum()), records()["CornerNormals"])
+    _native.place_triangles(scene.triangle_slots, scene.normals, parts.view(np.uint8), corners, order, last, THREADS,
+                            tree.triangles.view(np.uint8), tree.normal_index, tree.normals.view(np.uint8))
     is_ball = (tree.order >= count) & (tree.order < count + balls) if balls else slice(0)
     tree.spheres = spheres[tree.order[is_ball] - count]
     tree.spheres["flags"] |= tree.last[is_ball].astype(np.uint32) * np.uint32(numbers()["LAST_IN_LEAF"])
@@ -206,9 +216,9 @@ def refit(scene: Scene, parts: np.ndarray, corners: np.ndarray, spheres: np.ndar
     if len(kept.triangles) != len(corners) or len(kept.spheres) != len(spheres) \
             or not is_same(kept.items.reference, items.reference):
         return None
-    made = placed(Tree(kept.nodes, kept.order, kept.last, kept.root, items), scene, parts, corners, spheres)
-    made.nodes, before, after = _native.refit_tree(
-        kept.nodes, kept.root, made.triangles.view(np.uint8), made.spheres.view(np.uint8), items.reference, items.lo,
+    made = placed(Tree(kept.nodes.copy(), kept.order, kept.last, kept.root, items), scene, parts, corners, spheres)
+    before, after = _native.refit_tree(
+        made.nodes, made.root, made.triangles.view(np.uint8), made.spheres.view(np.uint8), items.reference, items.lo,
         items.hi, BOX_MARGIN, THREADS)
     made.built_cost = kept.built_cost or before
     return made if after <= REFIT_COST * made.built_cost else None

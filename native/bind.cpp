@@ -6,6 +6,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <atomic>
 #include <stdexcept>
 
@@ -65,35 +66,6 @@ nb::object to_array(std::vector<T> &&values, size_t columns = 1) {
   return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), columns == 1 ? 1 : 2, shape, owner));
 }
 
-using Floats = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Uints = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-
-nb::tuple make_tree(Floats lo, Floats hi, Uints reference, uint32_t node_base, uint32_t triangle_base,
-                    uint32_t sphere_base, int max_leaf, int threads) {
-  size_t n = lo.shape(0);
-  if (hi.shape(0) != n || reference.shape(0) != n)
-    throw std::invalid_argument("make_tree: lo, hi and reference must have the same length");
-  std::vector<BuildItem> items(n);
-  for (size_t i = 0; i < n; i++) {
-    for (int a = 0; a < 3; a++) {
-      items[i].lo[a] = lo(i, size_t(a));
-      items[i].hi[a] = hi(i, size_t(a));
-    }
-    items[i].reference = reference(i);
-    items[i].position = uint32_t(i);
-  }
-  Tree tree;
-  {
-    nb::gil_scoped_release release;
-    tree = build_tree(items, {node_base, triangle_base, sphere_base}, max_leaf, threads);
-  }
-  std::vector<uint8_t> nodes(tree.nodes.size() * sizeof(Bvh2Node));
-  if (!nodes.empty()) std::memcpy(nodes.data(), tree.nodes.data(), nodes.size());
-  return nb::make_tuple(to_array(std::move(nodes)), to_array(std::move(tree.order)), to_array(std::move(tree.last)),
-                        tree.root, tree.depth);
-}
-
 /* The bytes of records, without copying them. */
 template <typename T>
 nb::object to_bytes(std::vector<T> &&records) {
@@ -103,8 +75,47 @@ nb::object to_bytes(std::vector<T> &&records) {
   return nb::cast(nb::ndarray<nb::numpy, uint8_t>(reinterpret_cast<uint8_t *>(kept->data()), 1, shape, owner));
 }
 
-using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Floats = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Uints = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
 using Corners = nb::ndarray<const float, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
+
+nb::tuple make_tree(Corners corners, Floats lo, Floats hi, Uints reference, float margin, uint32_t node_base,
+                    uint32_t triangle_base, uint32_t sphere_base, int max_leaf, int threads) {
+  size_t n = lo.shape(0), triangles = corners.shape(0);
+  if (hi.shape(0) != n || reference.shape(0) != n)
+    throw std::invalid_argument("make_tree: lo, hi and reference must have the same length");
+  std::vector<BuildItem> items(triangles + n);
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (size_t i = 0; i < items.size(); i++) {
+    BuildItem &item = items[i];
+    const float *c = corners.data() + 9 * i;
+    float largest = 0.0f;
+    for (size_t a = 0; a < 3; a++) {
+      item.lo[a] = i < triangles ? std::min(c[a], std::min(c[a + 3], c[a + 6])) : lo(i - triangles, a);
+      item.hi[a] = i < triangles ? std::max(c[a], std::max(c[a + 3], c[a + 6])) : hi(i - triangles, a);
+      largest = std::max(largest, std::max(-item.lo[a], item.hi[a]));
+    }
+    for (int a = 0; a < 3; a++) {
+      item.lo[a] -= largest * margin;
+      item.hi[a] += largest * margin;
+    }
+    item.reference = i < triangles ? REF_TRIANGLES << 30 : reference(i - triangles);
+    item.position = uint32_t(i);
+  }
+  Tree tree;
+  {
+    nb::gil_scoped_release release;
+    tree = build_tree(items, {node_base, triangle_base, sphere_base}, max_leaf, threads);
+  }
+  return nb::make_tuple(to_bytes(std::move(tree.nodes)), to_array(std::move(tree.order)), to_array(std::move(tree.last)),
+                        tree.root, tree.depth);
+}
+
+using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using MutableUints = nb::ndarray<uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using MutableCorners = nb::ndarray<float, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
 
 Parts parts_of(const Bytes &parts) {
@@ -120,23 +131,21 @@ void bake(Floats vertices, Indices triangles, Bytes parts, int threads, MutableC
   bake_corners(scene, all, corners.data(), threads);
 }
 
-nb::tuple place(Indices triangles, Uints slots, Corners normals, Bytes parts, Corners corners, Uints order, Bytes last,
-                int threads) {
+void place(Uints slots, Corners normals, Bytes parts, Corners corners, Uints order, Bytes last, int threads,
+           MutableBytes placed, MutableUints normal_index, MutableBytes placed_normals) {
   Parts all = parts_of(parts);
-  if (order.shape(0) != all.size() || last.shape(0) != all.size() || corners.shape(0) != all.size())
-    throw std::invalid_argument("place_triangles: order, last and corners must fit the parts");
-  SceneTriangles scene{nullptr, triangles.data(), slots.data(), normals.data()};
-  PlacedTriangles made;
-  {
-    nb::gil_scoped_release release;
-    made = place_triangles(scene, all, corners.data(), order.data(), last.data(), all.size(), threads);
-  }
-  return nb::make_tuple(to_bytes(std::move(made.triangles)), to_array(std::move(made.normal_index)),
-                        to_bytes(std::move(made.normals)));
+  size_t count = all.size();
+  if (order.shape(0) != count || last.shape(0) != count || corners.shape(0) != count || normal_index.shape(0) != count ||
+      placed.shape(0) != count * sizeof(Triangle) || placed_normals.shape(0) != all.smooth() * sizeof(CornerNormals))
+    throw std::invalid_argument("place_triangles: arrays do not fit the parts");
+  PlacedTriangles out{reinterpret_cast<Triangle *>(placed.data()), normal_index.data(),
+                      reinterpret_cast<CornerNormals *>(placed_normals.data())};
+  SceneTriangles scene{nullptr, nullptr, slots.data(), normals.data()};
+  nb::gil_scoped_release release;
+  place_triangles(scene, all, corners.data(), order.data(), last.data(), count, threads, out);
 }
 
-void bad_triangles(Floats vertices, Indices triangles, int threads,
-                   nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> bad) {
+void bad_triangles(Floats vertices, Indices triangles, int threads, MutableBytes bad) {
   if (bad.shape(0) != triangles.shape(0)) throw std::invalid_argument("find_bad_triangles: one mark for each triangle");
   nb::gil_scoped_release release;
   find_bad_triangles(vertices.data(), triangles.data(), triangles.shape(0), bad.data(), threads);
@@ -159,20 +168,18 @@ bool are_finite(nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::
   return all_finite(values.data(), values.shape(0), threads);
 }
 
-nb::tuple refit(Bytes nodes, uint32_t root, Bytes triangles, Bytes spheres, Uints instances, Floats lo, Floats hi, float margin,
-                int threads) {
+nb::tuple refit(MutableBytes nodes, uint32_t root, Bytes triangles, Bytes spheres, Uints instances, Floats lo, Floats hi,
+                float margin, int threads) {
   size_t count = instances.shape(0);
   if (lo.shape(0) != count || hi.shape(0) != count) throw std::invalid_argument("refit_tree: a box for each instance");
-  std::vector<Bvh2Node> made(nodes.size() / sizeof(Bvh2Node));
+  Leaves leaves{reinterpret_cast<const Triangle *>(triangles.data()), reinterpret_cast<const Sphere *>(spheres.data()),
+                instances.data(), lo.data(), hi.data(), count, margin};
   TreeCost cost;
   {
     nb::gil_scoped_release release;
-    if (!made.empty()) std::memcpy(made.data(), nodes.data(), nodes.size());
-    Leaves leaves{reinterpret_cast<const Triangle *>(triangles.data()), reinterpret_cast<const Sphere *>(spheres.data()),
-                  instances.data(), lo.data(), hi.data(), count, margin};
-    cost = refit_tree(made, root, leaves, threads);
+    cost = refit_tree(reinterpret_cast<Bvh2Node *>(nodes.data()), root, leaves, threads);
   }
-  return nb::make_tuple(to_bytes(std::move(made)), cost.before, cost.after);
+  return nb::make_tuple(cost.before, cost.after);
 }
 
 std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
@@ -231,12 +238,13 @@ NB_MODULE(_native, m) {
 #undef X
   sizes["params"] = sizeof(Params);
   m.attr("sizes") = sizes;
-  m.def("make_tree", &make_tree, nb::arg("lo"), nb::arg("hi"), nb::arg("reference"), nb::arg("node_base"),
-        nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
+  m.def("make_tree", &make_tree, nb::arg("corners"), nb::arg("lo"), nb::arg("hi"), nb::arg("reference"),
+        nb::arg("margin"), nb::arg("node_base"), nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
   m.def("bake_corners", &bake, nb::arg("vertices"), nb::arg("triangles"), nb::arg("parts"), nb::arg("threads"),
         nb::arg("corners"));
-  m.def("place_triangles", &place, nb::arg("triangles"), nb::arg("slots"), nb::arg("normals"), nb::arg("parts"),
-        nb::arg("corners"), nb::arg("order"), nb::arg("last"), nb::arg("threads"));
+  m.def("place_triangles", &place, nb::arg("slots"), nb::arg("normals"), nb::arg("parts"), nb::arg("corners"),
+        nb::arg("order"), nb::arg("last"), nb::arg("threads"), nb::arg("placed"), nb::arg("normal_index"),
+        nb::arg("placed_normals"));
   m.def("find_bad_triangles", &bad_triangles, nb::arg("vertices"), nb::arg("triangles"), nb::arg("threads"), nb::arg("bad"));
   m.def("find_mesh_boxes", &mesh_boxes, nb::arg("vertices"), nb::arg("triangles"), nb::arg("mesh_triangles"),
         nb::arg("threads"), nb::arg("boxes"));

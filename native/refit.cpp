@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_map>
+#include <vector>
 
 namespace isophote {
 namespace {
@@ -46,7 +47,7 @@ struct Below {
 
 class Refitter {
  public:
-  Refitter(std::vector<Bvh2Node> &nodes, const Leaves &leaves) : nodes_(nodes), leaves_(leaves) {}
+  Refitter(Bvh2Node *nodes, const Leaves &leaves) : nodes_(nodes), leaves_(leaves) {}
 
   void collect(uint32_t ref, int level, std::vector<uint32_t> &subtrees) const {
     if (REF_KIND(ref) != REF_NODE) return;
@@ -117,14 +118,14 @@ class Refitter {
     return widened({{s.center.x - r, s.center.y - r, s.center.z - r}, {s.center.x + r, s.center.y + r, s.center.z + r}});
   }
 
-  std::vector<Bvh2Node> &nodes_;
+  Bvh2Node *nodes_;
   const Leaves &leaves_;
   std::unordered_map<uint32_t, Below> done_;
 };
 
 }  // namespace
 
-TreeCost refit_tree(std::vector<Bvh2Node> &nodes, uint32_t root, const Leaves &leaves, int threads) {
+TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int threads) {
   if (root == NONE || REF_KIND(root) != REF_NODE) return {1.0, 1.0};
   Box old = child_box(nodes[root], 0);
   old.add(child_box(nodes[root], 1));

@@ -2,7 +2,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "../kernels/scene_records.h"
 
@@ -25,6 +24,6 @@ struct TreeCost {
 
 /* Gives all nodes, from the root on, the boxes of what lies below them now. Trees stay correct whatever has moved;
  * how good they still are, the costs tell. Lauterbach et al. 2006, "RT-DEFORM". */
-TreeCost refit_tree(std::vector<Bvh2Node> &nodes, uint32_t root, const Leaves &leaves, int threads);
+TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int threads);
 
 }  // namespace isophote

@@ -57,6 +57,12 @@ Parts::Parts(const Part *parts, size_t count) : part(parts), start(count + 1, 0)
   for (size_t p = 0; p < count; p++) start[p + 1] = start[p] + parts[p].count;
 }
 
+size_t Parts::smooth() const {
+  size_t count = 0;
+  for (size_t p = 0; p + 1 < start.size(); p++) count += part[p].normals < 0 ? 0 : part[p].count;
+  return count;
+}
+
 size_t Parts::part_of(size_t triangle) const {
   return size_t(std::upper_bound(start.begin(), start.end(), triangle) - start.begin()) - 1;
 }
@@ -78,11 +84,8 @@ void bake_corners(const SceneTriangles &scene, const Parts &parts, float *corner
   });
 }
 
-PlacedTriangles place_triangles(const SceneTriangles &scene, const Parts &parts, const float *corners,
-                                const uint32_t *order, const uint8_t *last, size_t count, int threads) {
-  PlacedTriangles made;
-  made.triangles.resize(count);
-  made.normal_index.resize(count);
+void place_triangles(const SceneTriangles &scene, const Parts &parts, const float *corners, const uint32_t *order,
+                     const uint8_t *last, size_t count, int threads, PlacedTriangles out) {
   size_t chunks = (count + CHUNK - 1) / CHUNK;
   std::vector<uint32_t> smooth(chunks + 1, 0); /* smooth triangles of each chunk, then before it */
 #pragma omp parallel for num_threads(threads) schedule(static)
@@ -91,7 +94,7 @@ PlacedTriangles place_triangles(const SceneTriangles &scene, const Parts &parts,
       size_t p = parts.part_of(order[k]);
       const Part &part = parts.part[p];
       uint32_t primitive = uint32_t(part.first + order[k] - parts.start[p]);
-      Triangle &t = made.triangles[k];
+      Triangle &t = out.triangles[k];
       const float *c = corners + 9 * size_t(order[k]);
       t.v0 = {c[0], c[1], c[2]};
       t.v1 = {c[3], c[4], c[5]};
@@ -100,24 +103,22 @@ PlacedTriangles place_triangles(const SceneTriangles &scene, const Parts &parts,
       t.instance = part.instance;
       t.slot = scene.slots[primitive] | part.visibility << 16 | (last[k] ? LAST_IN_LEAF : 0u);
       /* The place in the scene's normals for now, below that in the tree's. */
-      made.normal_index[k] = part.normals < 0 ? NONE : uint32_t(part.normals) + primitive - part.first;
+      out.normal_index[k] = part.normals < 0 ? NONE : uint32_t(part.normals) + primitive - part.first;
       smooth[chunk + 1] += part.normals >= 0;
     }
   }
   for (size_t chunk = 0; chunk < chunks; chunk++) smooth[chunk + 1] += smooth[chunk];
-  made.normals.resize(smooth[chunks]);
-  if (made.normals.empty()) return made;
+  if (!smooth[chunks]) return;
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (size_t chunk = 0; chunk < chunks; chunk++) {
     uint32_t at = smooth[chunk];
     for (size_t k = chunk * CHUNK; k < std::min(count, (chunk + 1) * CHUNK); k++) {
-      uint32_t &index = made.normal_index[k];
+      uint32_t &index = out.normal_index[k];
       if (index == NONE) continue;
-      made.normals[at] = bake_normals(parts.part[parts.part_of(order[k])], scene.normals + 9 * size_t(index));
+      out.normals[at] = bake_normals(parts.part[parts.part_of(order[k])], scene.normals + 9 * size_t(index));
       index = at++;
     }
   }
-  return made;
 }
 
 void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t count, uint8_t *bad, int threads) {

@@ -32,6 +32,7 @@ struct Parts {
   std::vector<size_t> start; /* one more than parts */
   Parts(const Part *parts, size_t count);
   size_t size() const { return start.back(); }
+  size_t smooth() const; /* triangles with normals */
   size_t part_of(size_t triangle) const;
 };
 
@@ -39,15 +40,15 @@ struct Parts {
 void bake_corners(const SceneTriangles &scene, const Parts &parts, float *corners, int threads);
 
 struct PlacedTriangles {
-  std::vector<Triangle> triangles;
-  std::vector<uint32_t> normal_index; /* into normals, NONE where flat */
-  std::vector<CornerNormals> normals;
+  Triangle *triangles;
+  uint32_t *normal_index; /* into normals, NONE where flat */
+  CornerNormals *normals;
 };
 
 /* Records of `count` triangles in a tree's order; `order` numbers the triangles of the parts, `last` marks ends of
  * leaves. */
-PlacedTriangles place_triangles(const SceneTriangles &scene, const Parts &parts, const float *corners,
-                                const uint32_t *order, const uint8_t *last, size_t count, int threads);
+void place_triangles(const SceneTriangles &scene, const Parts &parts, const float *corners, const uint32_t *order,
+                     const uint8_t *last, size_t count, int threads, PlacedTriangles out);
 
 /* bad[i]: the cross product of two edges of triangle i, of float32, is zero or not finite. */
 void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t count, uint8_t *bad, int threads);
