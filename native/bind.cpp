@@ -113,6 +113,48 @@ nb::tuple make_tree(Corners corners, Floats lo, Floats hi, Uints reference, floa
                         tree.root, tree.depth);
 }
 
+std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
+  std::vector<const void *> p;
+  for (const Bytes &b : buffers) p.push_back(b.data());
+  return p;
+}
+
+WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root) {
+  nb::gil_scoped_release release;
+  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), reinterpret_cast<const Triangle *>(triangles.data()),
+                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root);
+}
+
+bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
+            nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> sums,
+            nb::ndarray<int32_t, nb::shape<1>, nb::c_contig, nb::device::cpu> cancelled) {
+  const Variant &v = find_variant(variant);
+  const Params *p = reinterpret_cast<const Params *>(params.data());
+  if (params.size() != sizeof(Params)) throw std::invalid_argument("render: params of the wrong size");
+  size_t planes = p->aovs ? PLANES_ALL : PLANES_COMBINED;
+  if (sums.shape(0) < planes || sums.shape(1) != size_t(p->height) || sums.shape(2) != size_t(p->width))
+    throw std::invalid_argument("render: sums do not have the shape of the region");
+  std::vector<const void *> scene = pointers(buffers);
+  float *out = sums.data();
+  auto *flag = reinterpret_cast<const std::atomic<int> *>(cancelled.data());
+  nb::gil_scoped_release release;
+  return v.render(scene.data(), &tree, p, threads, out, flag);
+}
+
+nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree *tree,
+                nb::ndarray<const float, nb::shape<-1, 8>, nb::c_contig, nb::device::cpu> rays, bool any, int threads) {
+  const Variant &v = find_variant(variant);
+  std::vector<const void *> scene = pointers(buffers);
+  size_t n = rays.shape(0);
+  std::vector<float> hits(4 * n);
+  std::vector<uint32_t> ids(2 * n);
+  {
+    nb::gil_scoped_release release;
+    v.trace(scene.data(), tree, rays.data(), long(n), any, threads, hits.data(), ids.data());
+  }
+  return nb::make_tuple(to_array(std::move(hits), 4), to_array(std::move(ids), 2));
+}
+
 using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using MutableUints = nb::ndarray<uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -182,48 +224,6 @@ nb::tuple refit(MutableBytes nodes, uint32_t root, Bytes triangles, Bytes sphere
   return nb::make_tuple(cost.before, cost.after);
 }
 
-std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
-  std::vector<const void *> p;
-  for (const Bytes &b : buffers) p.push_back(b.data());
-  return p;
-}
-
-WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root) {
-  nb::gil_scoped_release release;
-  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), reinterpret_cast<const Triangle *>(triangles.data()),
-                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root);
-}
-
-bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
-            nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> sums,
-            nb::ndarray<int32_t, nb::shape<1>, nb::c_contig, nb::device::cpu> cancelled) {
-  const Variant &v = find_variant(variant);
-  const Params *p = reinterpret_cast<const Params *>(params.data());
-  if (params.size() != sizeof(Params)) throw std::invalid_argument("render: params of the wrong size");
-  size_t planes = p->aovs ? PLANES_ALL : PLANES_COMBINED;
-  if (sums.shape(0) < planes || sums.shape(1) != size_t(p->height) || sums.shape(2) != size_t(p->width))
-    throw std::invalid_argument("render: sums do not have the shape of the region");
-  std::vector<const void *> scene = pointers(buffers);
-  float *out = sums.data();
-  auto *flag = reinterpret_cast<const std::atomic<int> *>(cancelled.data());
-  nb::gil_scoped_release release;
-  return v.render(scene.data(), &tree, p, threads, out, flag);
-}
-
-nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree *tree,
-                nb::ndarray<const float, nb::shape<-1, 8>, nb::c_contig, nb::device::cpu> rays, bool any, int threads) {
-  const Variant &v = find_variant(variant);
-  std::vector<const void *> scene = pointers(buffers);
-  size_t n = rays.shape(0);
-  std::vector<float> hits(4 * n);
-  std::vector<uint32_t> ids(2 * n);
-  {
-    nb::gil_scoped_release release;
-    v.trace(scene.data(), tree, rays.data(), long(n), any, threads, hits.data(), ids.data());
-  }
-  return nb::make_tuple(to_array(std::move(hits), 4), to_array(std::move(ids), 2));
-}
-
 }  // namespace
 
 NB_MODULE(_native, m) {
@@ -240,6 +240,12 @@ NB_MODULE(_native, m) {
   m.attr("sizes") = sizes;
   m.def("make_tree", &make_tree, nb::arg("corners"), nb::arg("lo"), nb::arg("hi"), nb::arg("reference"),
         nb::arg("margin"), nb::arg("node_base"), nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
+  nb::class_<WideTree>(m, "WideTree");
+  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"));
+  m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
+        nb::arg("sums"), nb::arg("cancelled"));
+  m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),
+        nb::arg("rays"), nb::arg("any"), nb::arg("threads"));
   m.def("bake_corners", &bake, nb::arg("vertices"), nb::arg("triangles"), nb::arg("parts"), nb::arg("threads"),
         nb::arg("corners"));
   m.def("place_triangles", &place, nb::arg("slots"), nb::arg("normals"), nb::arg("parts"), nb::arg("corners"),
@@ -252,10 +258,4 @@ NB_MODULE(_native, m) {
   m.def("all_finite", &are_finite, nb::arg("values"), nb::arg("threads"));
   m.def("refit_tree", &refit, nb::arg("nodes"), nb::arg("root"), nb::arg("triangles"), nb::arg("spheres"),
         nb::arg("instances"), nb::arg("lo"), nb::arg("hi"), nb::arg("margin"), nb::arg("threads"));
-  nb::class_<WideTree>(m, "WideTree");
-  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"));
-  m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
-        nb::arg("sums"), nb::arg("cancelled"));
-  m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),
-        nb::arg("rays"), nb::arg("any"), nb::arg("threads"));
 }
