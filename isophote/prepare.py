@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from isophote.geometry import make_geometry
+from isophote.geometry import Geometry, make_geometry
 from isophote.lights import light_records
 from isophote.materials import OPERATIONS, is_delta
 from isophote.records import make_records, numbers, scene_buffers
@@ -27,16 +27,21 @@ class Prepared:
     """
 
     buffers: dict[str, np.ndarray]
+    geometry: Geometry
     features: int
     resolution: tuple[int, int]
     build_seconds: float
     notes: list[dict] = field(default_factory=list)
 
 
-def prepare(scene: Scene) -> Prepared:
-    """Build everything that kernels need from a scene that validate.clean has passed."""
+def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
+    """Build everything that kernels need from a scene that validate.clean has passed.
+
+    `kept` is the geometry of another scene, often of the frame before: what is the same is used again.
+    """
     started = time.perf_counter()
-    buffers, root = make_geometry(scene)
+    geometry = make_geometry(scene, kept)
+    buffers = dict(geometry.buffers)
     materials, instructions = make_materials(scene)
     lamps, lamp_power = light_records(scene)
     triangles, triangle_power = triangle_lights(scene, materials)
@@ -51,10 +56,10 @@ def prepare(scene: Scene) -> Prepared:
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "slot_materials": scene.slot_materials, "lights": lights, "light_alias": alias,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=root,
+        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=geometry.root,
                               light_count=len(lights), lamp_count=min(len(lamps), len(lights)), features=features)}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype) for name, dtype in scene_buffers().items()}
-    return Prepared(buffers, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+    return Prepared(buffers, geometry, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 
 
 def make_camera(scene: Scene) -> np.ndarray:
