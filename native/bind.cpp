@@ -87,7 +87,7 @@ nb::tuple make_tree(Corners corners, Floats lo, Floats hi, Uints reference, floa
   if (hi.shape(0) != n || reference.shape(0) != n)
     throw std::invalid_argument("make_tree: lo, hi and reference must have the same length");
   std::vector<BuildItem> items(triangles + n);
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(threads) schedule(static) if (triangles > 4096)
   for (size_t i = 0; i < items.size(); i++) {
     BuildItem &item = items[i];
     const float *c = corners.data() + 9 * i;
