@@ -72,8 +72,8 @@ def render_layer(engine, depsgraph) -> None:
     with ThreadPoolExecutor(1, "isophote") as worker:
         engine.update_stats("", "Isophote: preparing")
         names = blender_scene.name, view_layer.name
-        geometry = None if engine.is_preview else kept.take(*names)
-        session = prepared(engine, worker.submit(Session, scene, settings, kept=geometry))
+        session = prepared(engine, worker.submit(Session, scene, settings,
+                                                 kept=None if engine.is_preview else kept.take(*names)))
         with session:
             shown = [] if engine.is_preview else log.notes(session.notes)
             finish = render_session(engine, worker, session, view_layer.name)

@@ -23,6 +23,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from bench.cycles_process import find_python
 from bench.scenes import made_scenes
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
@@ -51,7 +52,7 @@ def medians(rows: list[dict]) -> dict:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="bench.export", description=__doc__.split("\n")[0])
-    parser.add_argument("--blenders", default=",".join(filter(None, [shutil.which("blender"), sys.executable])))
+    parser.add_argument("--blenders", default=",".join(filter(None, [shutil.which("blender"), find_python()])))
     parser.add_argument("--scenes", default="monkeys,flat,smooth,shared")
     parser.add_argument("--changes", default="camera,object,deform")
     parser.add_argument("--rounds", type=int, default=3)

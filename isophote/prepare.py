@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -156,6 +157,7 @@ def alias_table(probability: np.ndarray) -> np.ndarray:
     return make_records("AliasEntry", count, keep=keep, alias=alias)
 
 
+@cache
 def blackman_harris_table() -> np.ndarray:
     """Inverse CDF of the Blackman-Harris window (Harris 1978, table I, four terms) for filter_width 1, float32.
 
@@ -174,6 +176,11 @@ def albedo_tables(instructions: np.ndarray) -> np.ndarray:
     needless = [OPERATIONS[name][0] for name in ("diffuse", "transparent")]
     if np.isin(instructions["op"], needless).all():
         return np.zeros(0, np.float32)
+    return loaded_albedo_tables()
+
+
+@cache
+def loaded_albedo_tables() -> np.ndarray:
     return np.load(Path(__file__).parent / "data" / "albedo_tables.npy")
 
 

@@ -134,7 +134,7 @@ TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int th
   refitter.collect(root, 0, subtrees);
   std::vector<Below> below(subtrees.size());
   uint32_t count;
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 1) private(count)
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1) private(count) if (subtrees.size() > 1)
   for (size_t i = 0; i < subtrees.size(); i++) below[i] = refitter.fit(subtrees[i], count);
   for (size_t i = 0; i < subtrees.size(); i++) refitter.keep(subtrees[i], below[i]);
   Below all = refitter.fit(root, count);

@@ -7,13 +7,14 @@
 namespace isophote {
 namespace {
 
-constexpr size_t CHUNK = 4096; /* triangles that a thread takes at once */
+/* Triangles that a thread takes at once; for fewer than that none is woken: to OpenMP a new caller is a new team. */
+constexpr size_t CHUNK = 4096;
 
 /* Calls work(part, first, end) for runs of triangles of one part each, in parallel. */
 template <typename Work>
 void for_runs(const Parts &parts, int threads, Work work) {
   size_t n = parts.size();
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(threads) schedule(static) if (n > CHUNK)
   for (size_t chunk = 0; chunk < (n + CHUNK - 1) / CHUNK; chunk++) {
     size_t first = chunk * CHUNK, end = std::min(n, first + CHUNK);
     for (size_t p = parts.part_of(first); first < end; p++) {
@@ -88,7 +89,7 @@ void place_triangles(const SceneTriangles &scene, const Parts &parts, const floa
                      const uint8_t *last, size_t count, int threads, PlacedTriangles out) {
   size_t chunks = (count + CHUNK - 1) / CHUNK;
   std::vector<uint32_t> smooth(chunks + 1, 0); /* smooth triangles of each chunk, then before it */
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(threads) schedule(static) if (chunks > 1)
   for (size_t chunk = 0; chunk < chunks; chunk++) {
     for (size_t k = chunk * CHUNK; k < std::min(count, (chunk + 1) * CHUNK); k++) {
       size_t p = parts.part_of(order[k]);
@@ -109,7 +110,7 @@ void place_triangles(const SceneTriangles &scene, const Parts &parts, const floa
   }
   for (size_t chunk = 0; chunk < chunks; chunk++) smooth[chunk + 1] += smooth[chunk];
   if (!smooth[chunks]) return;
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(threads) schedule(static) if (chunks > 1)
   for (size_t chunk = 0; chunk < chunks; chunk++) {
     uint32_t at = smooth[chunk];
     for (size_t k = chunk * CHUNK; k < std::min(count, (chunk + 1) * CHUNK); k++) {
@@ -122,7 +123,7 @@ void place_triangles(const SceneTriangles &scene, const Parts &parts, const floa
 }
 
 void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t count, uint8_t *bad, int threads) {
-#pragma omp parallel for num_threads(threads) schedule(static)
+#pragma omp parallel for num_threads(threads) schedule(static) if (count > CHUNK)
   for (size_t t = 0; t < count; t++) {
     const float *v[3];
     for (int c = 0; c < 3; c++) v[c] = vertices + 3 * size_t(triangles[3 * t + size_t(c)]);
@@ -170,7 +171,7 @@ bool same_bytes(const void *a, const void *b, size_t size, int threads) {
 
 bool all_finite(const float *values, size_t count, int threads) {
   uint32_t wrong = 0;
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(| : wrong)
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(| : wrong) if (count > CHUNK)
   for (size_t i = 0; i < count; i++) {
     uint32_t bits;
     std::memcpy(&bits, values + i, sizeof bits);
