@@ -59,6 +59,7 @@ static void extend_batch(Batch &__restrict b, Scene s) {
   Columns columns = b.columns();
   for (uint i = 0; i < b.count; i++) {
     if (!b.alive[i]) continue;
+    b.closest++;
     Hit h = TRACE(s, path_ray(path_at(columns, i)), 0);
     b.hit_t[i] = h.t;
     b.hit_u[i] = h.u;
@@ -178,7 +179,7 @@ static Scene make_scene(const void *const *pointers, const WideTree *tree) {
 }
 
 bool render(const void *const *scene, const WideTree *tree, const void *settings, int threads, float *sums,
-            const std::atomic<int> *cancelled) {
+            uint64_t *rays, const std::atomic<int> *cancelled) {
   Scene s = make_scene(scene, tree);
   Params params = *static_cast<const Params *>(settings);
   int side = tile_side(params.samples);
@@ -194,6 +195,11 @@ bool render(const void *const *scene, const WideTree *tree, const void *settings
       int x = (t % columns) * side, y = (t / columns) * side;
       Tile tile{x, y, std::min(side, params.width - x), std::min(side, params.height - y)};
       render_tile(*batch, s, params, tile, sums, groups, cancelled);
+    }
+#pragma omp critical
+    {
+      rays[0] += batch->closest;
+      rays[1] += batch->shadow;
     }
   }
   return !cancelled->load();
