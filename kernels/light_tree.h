@@ -75,8 +75,8 @@ FN real cluster_importance(LightCluster c, Receiver at) {
   real arriving = cos_of_rest(cos_i, sine_of(cos_i), cos_b, sin_b);
   arriving = (inside | !at.has_normal) ? REAL(1.0) : max_real(arriving, REAL(0.0));
   real spread = distant ? REAL(1.0) : max_real(d2, radius * radius);
-  /* A rest for what rounding puts below the horizon. */
-  real bound = to_real(c.intensity) * leaving * (arriving + REAL(0.001)) / spread;
+  /* A rest for what the rounding of the normal, up to 1.9 degrees, puts below the horizon. */
+  real bound = to_real(c.intensity) * leaving * (arriving + REAL(0.02)) / spread;
   return shines ? bound : REAL(0.0);
 }
 
