@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bench.cycles_process import ROOT, CyclesError, find_python
 
-OWN = ("cornell_box", "sphere_box", "torus_box", "monkey_box", "instances")
+OWN = ("cornell_box", "sphere_box", "torus_box", "monkey_box", "instances", "garlands")
 MADE = ("cornell", "monkeys", "glassbox")
 SHARED = ROOT.parent / "shared" / "scenes"
 
