@@ -154,15 +154,15 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
     int by_angle = polygon.solid_angle > REAL(0.0);
     real part = u.x * polygon.solid_angle, rest = part - polygon.first.solid_angle;
     int in_second = !is_triangle & (rest > REAL(0.0));
-    SphericalTriangle half = polygon.first;
+    SphericalTriangle part_of = polygon.first;
     if (lamps) {
-      half.b = select3(in_second, polygon.second.b, half.b);
-      half.height = in_second ? polygon.second.height : half.height;
-      half.side = in_second ? polygon.second.side : half.side;
-      half.base = in_second ? polygon.second.base : half.base;
+      part_of.b = select3(in_second, polygon.second.b, part_of.b);
+      part_of.height = in_second ? polygon.second.height : part_of.height;
+      part_of.side = in_second ? polygon.second.side : part_of.side;
+      part_of.base = in_second ? polygon.second.base : part_of.base;
       part = in_second ? rest : part;
     }
-    real3 in_angle = sample_spherical_triangle(half, part, u.y);
+    real3 in_angle = sample_spherical_triangle(part_of, part, u.y);
 
     /* Triangles: Heitz 2019, "A Low-Distortion Map Between Triangle and Square". */
     int upper = u.y > u.x;
