@@ -9,7 +9,7 @@ from bench.common import ROOT
 from bench.cycles_process import CyclesError, find_python
 from isophote.blender_process import export_blend
 
-OWN = ("cornell_box", "sphere_box", "torus_box", "monkey_box", "instances")
+OWN = ("cornell_box", "sphere_box", "torus_box", "monkey_box", "instances", "garlands")
 MADE = ("cornell", "monkeys", "glassbox")
 SHARED = ROOT.parent / "shared" / "scenes"
 

@@ -44,6 +44,7 @@ class OpenMPDevice:
             self.strict = f"precision {settings.precision} was asked for"
         self.buffers: list[np.ndarray] = []
         self.tree = None
+        self.rays = np.zeros(2, np.uint64)  # paths' rays and shadow rays traced so far
         # One thread for all items: to OpenMP a new caller is a new team of threads.
         self.worker = ThreadPoolExecutor(1, "isophote-openmp")
 
@@ -61,9 +62,9 @@ class OpenMPDevice:
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""
         params = make_params(item, settings)
-        made, flag = sums.copy(), np.zeros(1, np.int32)
+        made, rays, flag = sums.copy(), np.zeros(2, np.uint64), np.zeros(1, np.int32)
         work = self.worker.submit(self.native.render, self.variant, self.buffers, self.tree, params, self.threads, made,
-                                  flag)
+                                  rays, flag)
         while not wait([work], POLL_SECONDS).done:
             if cancelled():
                 flag[0] = 1
@@ -73,6 +74,7 @@ class OpenMPDevice:
         except MemoryError as error:
             raise DeviceError("openmp: out of memory while rendering") from error
         sums[:] = made
+        self.rays += rays
         return item.samples
 
     def close(self) -> None:

@@ -17,7 +17,7 @@
   X(Material, materials, "")                                                                   \
   X(Instruction, instructions, "programs of the materials")                                    \
   X(Light, lights, "lamps, then emissive triangles")                                           \
-  X(AliasEntry, light_alias, "picks a light by power")                                         \
+  X(LightCluster, light_tree, "pairs of clusters: picks a light")                              \
   X(float, filter_table, "inverse CDF of the pixel filter of width 1")                 \
   X(float, albedo_tables, "directional albedos of microfacet closures (bsdf/albedo.h)")
 

@@ -140,7 +140,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
     for (uint l = 0u; l < s.world[0].lamp_count; l++) {
       if (!(s.lights[l].size_u > 0.0f)) continue;
-      add_result(results, stride, p.slot, see_lamp(params, s.lights[l], p, h));
+      LightHit seen = find_lamp(s.lights[l], p, h);
+      if (seen.hit) add_result(results, stride, p.slot, see_lamp(s, params, s.lights[l], p, seen));
     }
   }
   if (h.index == NONE) {
@@ -156,7 +157,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
     AOV_PLANES(X)
 #undef X
   }
-  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(params, m, at, p, h));
+  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h));
   if (p.status & PATH_LAST_HIT) {
     Scattered passed = pass_transparent(params, m, p, h);
     r.path = passed.path;
@@ -183,7 +184,10 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   if (choice.chosen < 0) return r; /* black from here */
   if ((SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY)) {
     real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
-    LightSample light = sample_light(s.lights[pick_light(s, u_choice.x, s.world[0].light_count)], at.p, u);
+    LightWalk walk = start_walk(u.x);
+    Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+    for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
+    LightSample light = finish_light(s, walk, at.p, u.y, u_choice.x, SCENE_FEATURES);
     BsdfValue value = evaluate_material(s, m, at, choice, wo, light.direction);
     r.connection = connect_light(params, at, light, value, p);
     r.connected = !is_dark(r.connection.light);
@@ -194,7 +198,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   real3 direction = to_world(make_frame(at.ns), sample.wi);
   sample = one_sided_sample(at, direction, sample);
   BsdfValue value = evaluate_material(s, m, at, choice, wo, direction);
-  Scattered next = scatter_path(params, at, p, h, sample, direction, weight, choice, value,
+  Scattered next = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, value,
                                 sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
   r.path = next.path;
   r.alive = next.alive;

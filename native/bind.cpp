@@ -24,7 +24,7 @@ using namespace isophote;
 namespace isophote {
 #define X(name, precision, level)                                                                       \
   namespace name {                                                                                      \
-  bool render(const void *const *, const WideTree *, const void *, int, float *, const std::atomic<int> *); \
+  bool render(const void *const *, const WideTree *, const void *, int, float *, uint64_t *, const std::atomic<int> *); \
   void trace_rays(const void *const *, const WideTree *, const float *, long, int, int, int, float *, unsigned *); \
   size_t batch_bytes();                                                                                     \
   }
@@ -127,6 +127,7 @@ WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root,
 
 bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
             nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> sums,
+            nb::ndarray<uint64_t, nb::shape<2>, nb::c_contig, nb::device::cpu> rays,
             nb::ndarray<int32_t, nb::shape<1>, nb::c_contig, nb::device::cpu> cancelled) {
   const Variant &v = find_variant(variant);
   const Params *p = reinterpret_cast<const Params *>(params.data());
@@ -136,9 +137,10 @@ bool render(const std::string &variant, const std::vector<Bytes> &buffers, const
     throw std::invalid_argument("render: sums do not have the shape of the region");
   std::vector<const void *> scene = pointers(buffers);
   float *out = sums.data();
+  uint64_t *counts = rays.data();
   auto *flag = reinterpret_cast<const std::atomic<int> *>(cancelled.data());
   nb::gil_scoped_release release;
-  return v.render(scene.data(), &tree, p, threads, out, flag);
+  return v.render(scene.data(), &tree, p, threads, out, counts, flag);
 }
 
 nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree *tree,
@@ -246,7 +248,7 @@ NB_MODULE(_native, m) {
   m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"),
         nb::arg("threads"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
-        nb::arg("sums"), nb::arg("cancelled"));
+        nb::arg("sums"), nb::arg("rays"), nb::arg("cancelled"));
   m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),
         nb::arg("rays"), nb::arg("any"), nb::arg("threads"), nb::arg("packets") = false);
   m.def("bake_corners", &bake, nb::arg("vertices"), nb::arg("triangles"), nb::arg("parts"), nb::arg("threads"),

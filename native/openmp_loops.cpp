@@ -77,6 +77,7 @@ static void extend_batch(Batch &b, Scene s, Rays kind) {
     b.order[living] = i;
     living += b.alive[i] != 0;
   }
+  b.closest += living;
   PathRays rays{b, b.columns()};
   trace_all(s, rays, living, 0, kind);
 }
@@ -190,7 +191,7 @@ static Scene make_scene(const void *const *pointers, const WideTree *tree) {
 }
 
 bool render(const void *const *scene, const WideTree *tree, const void *settings, int threads, float *sums,
-            const std::atomic<int> *cancelled) {
+            uint64_t *rays, const std::atomic<int> *cancelled) {
   Scene s = make_scene(scene, tree);
   Params params = *static_cast<const Params *>(settings);
   int side = tile_side(params.samples);
@@ -206,6 +207,11 @@ bool render(const void *const *scene, const WideTree *tree, const void *settings
       int x = (t % columns) * side, y = (t / columns) * side;
       Tile tile{x, y, std::min(side, params.width - x), std::min(side, params.height - y)};
       render_tile(*batch, s, params, tile, sums, groups, cancelled);
+    }
+#pragma omp critical
+    {
+      rays[0] += batch->closest;
+      rays[1] += batch->shadow;
     }
   }
   return !cancelled->load();
