@@ -1,0 +1,113 @@
+"""The OpenCL device with a variant's kernels and schedule, for experiments and tests only."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from bench.study.schedules import SCHEDULES
+from bench.study.trees import adapt
+from bench.study.variant import Variant
+from isophote.device import DeviceError, opencl_info
+from isophote.opencl import OpenCLDevice, build_options, kernel_source
+from isophote.prepare import Prepared
+from isophote.records import numbers
+from isophote.schedule import WorkItem
+from isophote.settings import Settings
+
+SOURCE = Path(__file__).parents[2] / "kernels" / "study" / "variants.cl"
+
+
+class StudyDevice(OpenCLDevice):
+    """An OpenCL device that renders as a Variant says. With `profile` it keeps the time of each kernel in
+    `kernel_seconds` and, where the schedule has places, the paths alive at each bounce in `alive`."""
+
+    def __init__(self, settings: Settings, variant: Variant, profile: bool = False, spec: str = "opencl"):
+        super().__init__(settings, opencl_info(spec))
+        self.variant, self.profile = variant, profile
+        self.schedule = SCHEDULES[variant.schedule]()
+        if profile:
+            flag = self.cl.command_queue_properties.PROFILING_ENABLE
+            self.queue = self.calling(self.cl.CommandQueue, self.context, properties=flag)
+        self.events: list = []
+        self.kernel_seconds: dict[str, float] = {}
+        self.alive: list[int] = []
+
+    def upload(self, prepared: Prepared) -> None:
+        """Copy the scene in the variant's form and compile the variant's kernels. Raises DeviceError, ValueError."""
+        transparent = prepared.features & numbers()["FEATURE_TRANSPARENT"]
+        if self.variant.traversal == "list_local" and transparent:
+            raise ValueError("list_local: shadow rays that pass transparent surfaces cannot go together")
+        prepared = adapt(prepared, self.variant)
+        self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
+        options = build_options(self.device, self.settings, prepared)
+        options += [f"-D{name}={value}" for name, value in
+                    self.variant.macros(len(prepared.buffers["triangles"])).items()]
+        if self.variant.precision != "strict":
+            options = [o for o in options if "correctly-rounded" not in o] + ["-DISOPHOTE_FAST"]
+        if self.variant.precision == "native":
+            options += ["-cl-fast-relaxed-math", "-cl-mad-enable"]
+        started = time.perf_counter()
+        program = self.cl.Program(self.context, kernel_source(SOURCE))
+        try:
+            program.build(options=options)
+        except self.cl.Error as error:
+            raise DeviceError(f"opencl: {self.variant} does not compile for {self.name}: {error}") from error
+        self.kernels = {kernel.function_name: kernel for kernel in program.all_kernels()}
+        self.compile_seconds += time.perf_counter() - started
+
+    def paths_at_once(self, item: WorkItem) -> int:
+        """As the shipping device, but for as many paths as the variant asks for and samples as its schedule takes."""
+        if not self.variant.paths:
+            return super().paths_at_once(item)
+        x0, y0, x1, y1 = item.region
+        pixels = max(1, self.variant.paths * self.schedule.samples_per_path // item.samples)
+        return min(pixels, (x1 - x0) * (y1 - y0)) * item.samples
+
+    def reserve(self, paths: int, aovs: bool) -> None:
+        """Room for a pass of so many samples, and what the schedule wants besides."""
+        known = self.capacity
+        super().reserve(paths, aovs)
+        if self.capacity != known:
+            self.schedule.reserve(self, self.capacity)
+
+    def render_pixels(self, params, settings: Settings, film, first: int, pixels: int, samples: int, cancelled) -> bool:
+        if self.variant.schedule == "shipping":
+            done = super().render_pixels(params, settings, film, first, pixels, samples, cancelled)
+        else:
+            done = self.schedule.render_pixels(self, params, settings, film, first, pixels, samples, cancelled)
+        if self.profile:
+            self.queue.finish()
+            for name, event in self.events:
+                spent = 1e-9 * (event.profile.end - event.profile.start)
+                self.kernel_seconds[name] = self.kernel_seconds.get(name, 0.0) + spent
+            self.events.clear()
+        return done
+
+    def launch(self, name: str, count: int, *arguments) -> None:
+        """Enqueue a kernel over at least `count` work-items in groups of the variant's size."""
+        group = self.variant.group
+        event = self.calling(self.kernels[name], self.queue, (-(-count // group) * group,), (group,), *arguments)
+        if self.profile:
+            self.events.append((name, event))
+
+    def strided(self, count: int) -> int:
+        """Work-items of a launch that strides through a queue of `count`, as the shipping device launches."""
+        return min(count, self.device.max_compute_units * 2048)
+
+    def fill(self, buffer, value: int, count: int) -> None:
+        """Write one value to `count` places of a buffer of uints."""
+        self.calling(self.cl.enqueue_fill_buffer, self.queue, buffer, np.uint32(value), 0, 4 * count)
+
+    def read(self, buffer, index: int, count: int = 1) -> np.ndarray:
+        """`count` uints of a buffer, waiting for the device."""
+        values = np.zeros(count, np.uint32)
+        self.calling(self.cl.enqueue_copy, self.queue, values, buffer, src_offset=4 * index)
+        return values
+
+    def close(self) -> None:
+        """Drop all buffers."""
+        super().close()
+        self.schedule = None

@@ -1,0 +1,64 @@
+/* Sorting a queue by a key of 12 bits, a counting sort with global atomics: one pass, no order among equals.
+ * Meister, Boksansky, Guthe and Bittner 2020, "On Ray Reordering Techniques for Faster GPU Ray Tracing", I3D, compare
+ * keys; the one of octant and origin is among their best that are this short. */
+#define SORT_BINS 4096u
+
+/* Material of what was hit; paths that left the scene come first. */
+FN uint material_key(Scene s, GLOBAL const uint *hit_uints, uint stride, uint i) {
+  uint instance = hit_uints[i], index = hit_uints[2u * stride + i];
+  if (index == NONE) return 0u;
+  uint material = index & INDEX_SPHERE
+                      ? s.spheres[index & ~INDEX_SPHERE].material
+                      : s.slot_materials[s.instances[instance].first_slot + (s.triangles[index].slot & 0xffffu)];
+  return 1u + material % (SORT_BINS - 1u);
+}
+
+FN uint spread_bits(uint x) { return (x & 1u) | ((x & 2u) << 2) | ((x & 4u) << 4); }
+
+/* Octant of the direction, then the cell of 8 x 8 x 8 in which the ray starts, in Morton order. */
+FN uint ray_key(Scene s, Ray ray) {
+  if (REF_KIND(s.world[0].root) != REF_NODE) return 0u;
+  GLOBAL const Bvh2Node *root = &s.nodes[s.world[0].root];
+  real3 lo = make_real3(min_real(root->lo_x[0], root->lo_x[1]), min_real(root->lo_y[0], root->lo_y[1]),
+                        min_real(root->lo_z[0], root->lo_z[1]));
+  real3 hi = make_real3(max_real(root->hi_x[0], root->hi_x[1]), max_real(root->hi_y[0], root->hi_y[1]),
+                        max_real(root->hi_z[0], root->hi_z[1]));
+  uint x = uint_of(REAL(7.999) * clamp01((ray.origin.x - lo.x) / (hi.x - lo.x)));
+  uint y = uint_of(REAL(7.999) * clamp01((ray.origin.y - lo.y) / (hi.y - lo.y)));
+  uint z = uint_of(REAL(7.999) * clamp01((ray.origin.z - lo.z) / (hi.z - lo.z)));
+  uint octant = (ray.direction.x < REAL(0.0) ? 1u : 0u) | (ray.direction.y < REAL(0.0) ? 2u : 0u) |
+                (ray.direction.z < REAL(0.0) ? 4u : 0u);
+  return octant << 9 | spread_bits(x) | spread_bits(y) << 1 | spread_bits(z) << 2;
+}
+
+__kernel void sort_count(SCENE_PARAMETERS, PATH_PARAMETERS, GLOBAL const uint *hit_uints, GLOBAL const uint *queue,
+                         GLOBAL const uint *counts, GLOBAL uint *keys, GLOBAL uint *bins, uint by_material, uint bounce) {
+  MAKE_SCENE
+  uint count = counts[2u * bounce];
+  for (uint k = get_global_id(0); k < count; k += get_global_size(0)) {
+    uint i = queue[k];
+    uint key = by_material ? material_key(s, hit_uints, stride, i)
+                           : ray_key(s, path_ray(load_path(reals, uints, stride, i)));
+    keys[k] = key;
+    atomic_inc(&bins[key]);
+  }
+}
+
+/* One work-group turns the counts into first places. */
+__kernel void sort_places(GLOBAL uint *bins) {
+  __local uint sums[GROUP_SIZE], total[1];
+  uint each = SORT_BINS / GROUP_SIZE, first = get_local_id(0) * each, sum = 0u;
+  for (uint b = first; b < first + each; b++) sum += bins[b];
+  uint place = scan_group(sum, sums, total);
+  for (uint b = first; b < first + each; b++) {
+    uint held = bins[b];
+    bins[b] = place;
+    place += held;
+  }
+}
+
+__kernel void sort_move(GLOBAL const uint *queue, GLOBAL const uint *counts, GLOBAL const uint *keys, GLOBAL uint *bins,
+                        GLOBAL uint *sorted, uint bounce) {
+  uint count = counts[2u * bounce];
+  for (uint k = get_global_id(0); k < count; k += get_global_size(0)) sorted[atomic_inc(&bins[keys[k]])] = queue[k];
+}

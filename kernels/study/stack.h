@@ -1,0 +1,47 @@
+/* The founding report's own traversal: pop a node, test both children, push those that are hit. ORDERED pushes the
+ * nearer child last, so that it comes next; PRUNED skips boxes behind the closest hit so far. */
+#ifndef ISOPHOTE_STUDY_STACK_H
+#define ISOPHOTE_STUDY_STACK_H
+#include "../bvh.h"
+
+FN Hit trace_stack(Scene s, Ray ray, int any) {
+  Hit best = no_hit(ray.t_max);
+  LocalRay world = make_local_ray(ray.origin, ray.direction);
+  LocalRay space = world;
+  real slack_t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING);
+  uint stack[STUDY_STACK]; /* the host has looked how deep the tree is */
+  int top = 0;
+  uint instance = NONE;
+  if (s.world[0].root == NONE) return best;
+  stack[top++] = s.world[0].root;
+  while (top > 0) {
+    uint ref = stack[--top], kind = REF_KIND(ref);
+    if (ref == REF_RETURN) {
+      instance = NONE;
+      space = world;
+    } else if (kind == REF_NODE) {
+      GLOBAL const Bvh2Node *n = &s.nodes[ref];
+      real limit = (PRUNED ? best.t : ray.t_max) * LIMIT_SLACK;
+      real t0 = enter_box(n->lo_x[0], n->hi_x[0], n->lo_y[0], n->hi_y[0], n->lo_z[0], n->hi_z[0], space, slack_t_min, limit);
+      real t1 = enter_box(n->lo_x[1], n->hi_x[1], n->lo_y[1], n->hi_y[1], n->lo_z[1], n->hi_z[1], space, slack_t_min, limit);
+      int first = ORDERED && t1 < t0 && t1 >= REAL(0.0); /* the one that is visited first */
+      if ((first ? t0 : t1) >= REAL(0.0)) stack[top++] = n->child[1 - first];
+      if ((first ? t1 : t0) >= REAL(0.0)) stack[top++] = n->child[first];
+    } else if (kind == REF_TRIANGLES) {
+      best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
+      if (any && best.index != NONE) return best;
+    } else if (kind == REF_SPHERES) {
+      best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
+      if (any && best.index != NONE) return best;
+    } else if (s.instances[REF_INDEX(ref)].visibility & ray.kind) {
+      instance = REF_INDEX(ref);
+      space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
+                             transform_vector(s.instances[instance].to_object, ray.direction));
+      stack[top++] = REF_RETURN;
+      stack[top++] = s.instances[instance].root;
+    }
+  }
+  return best;
+}
+
+#endif

@@ -1,0 +1,36 @@
+/* The founding report's experiments: the shipping kernels with another tracer, and other schedules around them.
+ *
+ * The host (bench/study) defines TRAVERSAL, one of the numbers below, and the macros that its header names. Every
+ * tracer gives the hits of the shipping one, every schedule its sums. Not part of the shipped program. */
+#include "../bvh.h"
+#include "wide_nodes.h"
+
+#define TRAVERSAL_SHIPPING 0
+#define TRAVERSAL_LIST 1
+#define TRAVERSAL_STACK 2
+#define TRAVERSAL_STACKLESS 3
+#define TRAVERSAL_WIDE4 4
+#define TRAVERSAL_WIDE8 5
+
+#if TRAVERSAL == TRAVERSAL_LIST
+#include "list.h"
+#define TRACE(scene, ray, any) trace_list(scene, ray, any)
+#elif TRAVERSAL == TRAVERSAL_STACK
+#include "stack.h"
+#define TRACE(scene, ray, any) trace_stack(scene, ray, any)
+#elif TRAVERSAL == TRAVERSAL_STACKLESS
+#include "stackless.h"
+#define TRACE(scene, ray, any) trace_stackless(scene, ray, any)
+#elif TRAVERSAL == TRAVERSAL_WIDE4
+#include "wide4.h"
+#define TRACE(scene, ray, any) trace_wide4(scene, ray, any)
+#elif TRAVERSAL == TRAVERSAL_WIDE8
+#include "wide8.h"
+#define TRACE(scene, ray, any) trace_wide8(scene, ray, any)
+#endif
+
+#include "../wavefront.cl"
+#include "slots.cl"
+#include "reorder.cl"
+#include "sort.cl"
+#include "breadth_first.cl"
