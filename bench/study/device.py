@@ -18,21 +18,32 @@ from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
 SOURCE = Path(__file__).parents[2] / "kernels" / "study" / "variants.cl"
+# Put behind the elementary functions' definitions: the device's instructions instead of them, as in the report.
+AFTER_ELEMENTARY = "FN real sin_real(real x)"
+NATIVE = """
+#define sin_cos_real(x) ((float2)(native_sin(x), native_cos(x)))
+#define exp_real(x) native_exp(x)
+#define log_real(x) native_log(x)
+"""
+# Shared by the devices of a process, so that no variant is compiled twice.
+CONTEXTS: dict = {}
+PROGRAMS: dict = {}
 
 
 class StudyDevice(OpenCLDevice):
     """An OpenCL device that renders as a Variant says. With `profile` it keeps the time of each kernel in
-    `kernel_seconds` and, where the schedule has places, the paths alive at each bounce in `alive`."""
+    `kernel_seconds`, launch by launch, and, where the schedule has places, the paths that begin each bounce in `alive`.
+    """
 
     def __init__(self, settings: Settings, variant: Variant, profile: bool = False, spec: str = "opencl"):
         super().__init__(settings, opencl_info(spec))
         self.variant, self.profile = variant, profile
         self.schedule = SCHEDULES[variant.schedule]()
-        if profile:
-            flag = self.cl.command_queue_properties.PROFILING_ENABLE
-            self.queue = self.calling(self.cl.CommandQueue, self.context, properties=flag)
+        self.context = CONTEXTS.setdefault(self.name, self.context)
+        flags = self.cl.command_queue_properties.PROFILING_ENABLE if profile else 0
+        self.queue = self.calling(self.cl.CommandQueue, self.context, properties=flags)
         self.events: list = []
-        self.kernel_seconds: dict[str, float] = {}
+        self.kernel_seconds: dict[str, list[float]] = {}
         self.alive: list[int] = []
 
     def upload(self, prepared: Prepared) -> None:
@@ -50,13 +61,22 @@ class StudyDevice(OpenCLDevice):
         if self.variant.precision == "native":
             options += ["-cl-fast-relaxed-math", "-cl-mad-enable"]
         started = time.perf_counter()
-        program = self.cl.Program(self.context, kernel_source(SOURCE))
+        key = (self.name, *options)
+        if key not in PROGRAMS:
+            PROGRAMS[key] = self.compiled(options)
+        self.kernels = {kernel.function_name: kernel for kernel in PROGRAMS[key].all_kernels()}
+        self.compile_seconds += time.perf_counter() - started
+
+    def compiled(self, options: list[str]):
+        source = kernel_source(SOURCE)
+        if self.variant.precision == "native":
+            assert AFTER_ELEMENTARY in source
+            source = source.replace(AFTER_ELEMENTARY, NATIVE + AFTER_ELEMENTARY)
+        program = self.cl.Program(self.context, source)
         try:
-            program.build(options=options)
+            return program.build(options=options)
         except self.cl.Error as error:
             raise DeviceError(f"opencl: {self.variant} does not compile for {self.name}: {error}") from error
-        self.kernels = {kernel.function_name: kernel for kernel in program.all_kernels()}
-        self.compile_seconds += time.perf_counter() - started
 
     def paths_at_once(self, item: WorkItem) -> int:
         """As the shipping device, but for as many paths as the variant asks for and samples as its schedule takes."""
@@ -82,7 +102,7 @@ class StudyDevice(OpenCLDevice):
             self.queue.finish()
             for name, event in self.events:
                 spent = 1e-9 * (event.profile.end - event.profile.start)
-                self.kernel_seconds[name] = self.kernel_seconds.get(name, 0.0) + spent
+                self.kernel_seconds.setdefault(name, []).append(spent)
             self.events.clear()
         return done
 

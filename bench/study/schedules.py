@@ -87,10 +87,10 @@ class Pipeline(Schedule):
         path = (device.reals, device.uints, U(device.capacity))
         self.extend(device, params, queue, places, bounce)
         queue = self.between(device, params, queue, places, bounce)
-        light = (device.light_reals, device.light_uints)
+        hit, light = (device.hit_reals, device.hit_uints), (device.light_reals, device.light_uints)
         size = device.strided(places)
-        device.launch("shade_slots", size, *device.scene, params, *path, device.hit_reals, device.hit_uints, *light,
-                      device.results, device.aovs, U(device.capacity), queue, device.light_queue, self.counts, U(bounce))
+        device.launch("shade_slots", size, *device.scene, params, *path, *hit, *light, device.results, device.aovs,
+                      U(device.capacity), queue, device.light_queue, self.counts, U(bounce))
         together = device.variant.traversal == "list_local"
         device.launch("connect_together" if together else "connect_slots", size, *device.scene, params, *path, *light,
                       device.results, U(device.capacity), device.light_queue, self.counts, U(bounce))
@@ -226,7 +226,8 @@ class BreadthFirst(Compact):
     def reserve(self, device, paths):
         self.capacity = PAIRS_PER_PATH * paths
         self.pairs = [[device.buffer(4 * self.capacity) for _ in range(3)] for _ in range(2)]
-        self.leaves = [device.buffer(4 * paths), *(device.buffer(4 * self.capacity) for _ in range(3)), device.buffer(4)]
+        lists = [device.buffer(4 * self.capacity) for _ in range(3)]
+        self.leaves = [device.buffer(4 * paths), *lists, device.buffer(4)]
         self.level_counts = device.buffer(4 * 256)
 
     def extend(self, device, params, queue, places, bounce):

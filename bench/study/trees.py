@@ -10,14 +10,16 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 from bench.study.variant import Variant
 from isophote.prepare import Prepared
-from isophote.records import fields_of, header_path, numbers, records
+from isophote.records import fields_of, numbers, records
 
 HUGE = np.float32(3e38)  # a box that every ray enters
+WIDE_NODES = Path(__file__).parents[2] / "kernels" / "study" / "wide_nodes.h"
 AXES = ("x", "y", "z")
 
 
@@ -37,7 +39,7 @@ def adapt(prepared: Prepared, variant: Variant) -> Prepared:
         depths = [tree_depth(prepared, root) for root in roots(prepared)]
         needed = (3 if width == 4 else 1) * (depths[-1] + max(depths[:-1], default=0)) + 2
         if needed > variant.stack:
-            raise ValueError(f"{variant.traversal}: the tree needs a stack of {needed}, there is one of {variant.stack}")
+            raise ValueError(f"{variant.traversal}: the tree needs a stack of {needed}, here is one of {variant.stack}")
     return prepared
 
 
@@ -206,8 +208,7 @@ def with_parents(prepared: Prepared) -> Prepared:
 @cache
 def wide_records() -> dict[str, np.dtype]:
     """The records of kernels/study/wide_nodes.h."""
-    text = re.sub(r"/\*.*?\*/", " ", (header_path("wavefront.cl").resolve().parent / "study" / "wide_nodes.h").read_text(),
-                  flags=re.S)
+    text = re.sub(r"/\*.*?\*/", " ", WIDE_NODES.read_text(), flags=re.S)
     return {name: np.dtype([f for line in body.split(";") for f in fields_of(line, records())])
             for body, name in re.findall(r"typedef struct \{(.*?)\} (\w+);", text, re.S)}
 
@@ -308,7 +309,8 @@ def quantise(ref: np.ndarray, box: np.ndarray) -> np.ndarray:
         high = np.clip(np.ceil((hi.astype(np.float64) - base) / step), 0, 255)
         low -= (base + low.astype(np.float32) * step > lo) & (low > 0)
         high += (base + high.astype(np.float32) * step < hi) & (high < 255)
-        assert (base + low.astype(np.float32) * step <= lo).all() and (base + high.astype(np.float32) * step >= hi).all()
+        assert (base + low.astype(np.float32) * step <= lo).all()
+        assert (base + high.astype(np.float32) * step >= hi).all()
         made["exponents"] |= (exponent + 127).astype(np.uint32) << np.uint32(8 * axis)
         for bound, steps in (("lo", low), ("hi", high)):
             words = (steps.astype(np.uint32) << shifts).reshape(count, -1, 4)

@@ -55,7 +55,10 @@ class Variant:
             raise ValueError(f"group {self.group}: 32, 64, 128 or 256")
 
     def macros(self, triangles: int) -> dict[str, int]:
-        """What the kernels are compiled with, for a scene of so many triangles."""
+        """What the kernels are compiled with, for a scene of so many triangles (kernels/study/variants.cl)."""
         number, more = TRAVERSALS[self.traversal]
-        return {"TRAVERSAL": number, "GROUP_SIZE": self.group, "ORDERED": int(self.ordered), "PRUNED": int(self.pruned),
-                "STUDY_STACK": self.stack, "TRIANGLE_COUNT": triangles, **more}
+        made = {"TRAVERSAL": number, "GROUP_SIZE": self.group, "ORDERED": int(self.ordered), "PRUNED": int(self.pruned),
+                "STUDY_STACK": self.stack, "MEGAKERNEL": int(self.schedule == "megakernel"),
+                "PLACES": int(self.schedule not in ("shipping", "megakernel")), "SORT": int(bool(self.sort)),
+                "BREADTH_FIRST": int(self.schedule == "breadth_first"), **more}
+        return made | ({"TRIANGLE_COUNT": triangles} if self.traversal.startswith("list") else {})

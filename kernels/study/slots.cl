@@ -1,24 +1,7 @@
-/* The report's schedules: one megakernel, and a pipeline whose queue has a place for every path.
+/* The report's pipeline: a kernel a stage over a queue that has a place for every path.
  *
  * A place holds a path's column, or NONE once the path has ended. counts[2 b] is how many places bounce b has,
  * counts[2 b + 1] how many paths it began with. What closes the gaps is in reorder.cl. */
-
-/* All of a path in one work-item, as in the report's first version. */
-__kernel void megakernel(SCENE_PARAMETERS, RESULT_PARAMETERS, uint stride, uint first_pixel, uint count) {
-  MAKE_SCENE
-  uint i = get_global_id(0);
-  if (i >= count) return;
-  Path p = start_path(s, params, results, aovs, stride, first_pixel, i);
-  for (int alive = 1; alive;) {
-    Shaded r = shade_path(s, params, p, TRACE(s, path_ray(p), 0), results, aovs, stride);
-    if (r.connected) {
-      real3 kept = trace_connection(s, params, r.connection.ray, r.connection.passed, SCENE_FEATURES);
-      add_result(results, stride, i, r.connection.light * kept);
-    }
-    p = r.path;
-    alive = r.alive;
-  }
-}
 
 __kernel void extend_slots(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL const uint *queue,
                            GLOBAL const uint *counts, uint bounce) {

@@ -1,7 +1,8 @@
 /* The founding report's experiments: the shipping kernels with another tracer, and other schedules around them.
  *
- * The host (bench/study) defines TRAVERSAL, one of the numbers below, and the macros that its header names. Every
- * tracer gives the hits of the shipping one, every schedule its sums. Not part of the shipped program. */
+ * The host (bench/study) defines TRAVERSAL, one of the numbers below, the macros that its header names, and which of the
+ * files at the end are wanted. Every tracer gives the hits of the shipping one, every schedule its sums. Not part of the
+ * shipped program. */
 #include "../bvh.h"
 #include "wide_nodes.h"
 
@@ -30,7 +31,17 @@
 #endif
 
 #include "../wavefront.cl"
+
+#if MEGAKERNEL
+#include "megakernel.cl"
+#endif
+#if PLACES
 #include "slots.cl"
 #include "reorder.cl"
+#endif
+#if SORT
 #include "sort.cl"
+#endif
+#if BREADTH_FIRST
 #include "breadth_first.cl"
+#endif

@@ -19,7 +19,8 @@ OTHERS = [Variant("list_local", schedule="pipeline"), Variant("list_local", sche
           Variant(schedule="megakernel", group=32), Variant(schedule="pipeline"), Variant(schedule="groups", group=128),
           Variant(schedule="scan", group=32), Variant("stackless", schedule="compact"),
           Variant(schedule="compact", sort="material"), Variant(schedule="compact", sort="ray"),
-          Variant(schedule="regeneration", paths=512), Variant(schedule="breadth_first"), Variant(group=256, paths=1000)]
+          Variant(schedule="regeneration", paths=512), Variant(schedule="breadth_first"),
+          Variant(group=256, paths=1000)]
 
 
 @cache
