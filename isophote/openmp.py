@@ -26,7 +26,9 @@ class OpenMPDevice:
 
     kind = "openmp"
     strict: bool | str = True
-    compile_seconds = 0.0
+    compile_seconds, kernels_from = 0.0, ""
+    notes: list[dict] = []
+    memory: dict[str, int] = {}
 
     def __init__(self, settings: Settings):
         try:
@@ -45,12 +47,17 @@ class OpenMPDevice:
         # One thread for all items: to OpenMP a new caller is a new team of threads.
         self.worker = ThreadPoolExecutor(1, "isophote-openmp")
 
+    def check_room(self, prepared: Prepared) -> None:
+        """Nothing: the buffers lie in the host's memory already (memory.check_host_memory)."""
+
     def upload(self, prepared: Prepared) -> None:
         """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree."""
         made = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in prepared.buffers.items()}
         self.buffers = list(made.values())
         self.tree = self.native.make_wide_tree(made["nodes"], made["triangles"], made["instances"],
                                                int(prepared.buffers["world"]["root"][0]))
+        self.memory = {"scene": sum(buffer.nbytes for buffer in self.buffers), "tree": self.tree.bytes,
+                       "paths": self.threads * self.native.batch_bytes(self.variant)}
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""

@@ -23,6 +23,10 @@
 #define FEATURE_VISIBLE_LIGHTS 32u /* lamps that rays can run into */
 #define FEATURE_SMOOTH 64u
 #define FEATURE_EMISSION 128u
+/* Those of the scene at hand where code is compiled for one scene, else all. */
+#ifndef SCENE_FEATURES
+#define SCENE_FEATURES 0xffffffffu
+#endif
 
 #define CAMERA_PERSPECTIVE 0
 #define CAMERA_ORTHOGRAPHIC 1

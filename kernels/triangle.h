@@ -30,7 +30,7 @@ FN Shear make_shear(real3 direction) {
 
 typedef struct {
   int hit;
-  real t, u, v;
+  real t, u, v; /* of hits only */
 } TriangleHit;
 
 /* Which side of the triangle's plane the ray starts on decides whether it is in front: for rays that leave
@@ -62,11 +62,12 @@ FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, real3 di
   int negative = (u < REAL(0.0)) | (v < REAL(0.0)) | (w < REAL(0.0));
   int positive = (u > REAL(0.0)) | (v > REAL(0.0)) | (w > REAL(0.0));
   real det = u + v + w;
-  real t = u * (s.scale * a.z) + v * (s.scale * b.z) + w * (s.scale * c.z);
-  real inverse = REAL(1.0) / det;
   TriangleHit h;
   h.hit = !(negative & positive) & (det != REAL(0.0));
-  if (h.hit) h.hit = is_in_front(v0, v1, v2, origin, direction);
+  if (!h.hit) return h;
+  real t = u * (s.scale * a.z) + v * (s.scale * b.z) + w * (s.scale * c.z);
+  real inverse = REAL(1.0) / det;
+  h.hit = is_in_front(v0, v1, v2, origin, direction);
   h.t = t * inverse;
   h.u = v * inverse;
   h.v = w * inverse;

@@ -23,6 +23,7 @@ namespace isophote {
   namespace name {                                                                                      \
   bool render(const void *const *, const WideTree *, const void *, int, float *, const std::atomic<int> *); \
   void trace_rays(const void *const *, const WideTree *, const float *, long, int, int, float *, unsigned *); \
+  size_t batch_bytes();                                                                                     \
   }
 ISOPHOTE_VARIANTS(X)
 #undef X
@@ -31,7 +32,7 @@ ISOPHOTE_VARIANTS(X)
 namespace {
 
 const Variant VARIANTS[] = {
-#define X(name, precision, level) {#name, #precision, level, name::render, name::trace_rays},
+#define X(name, precision, level) {#name, #precision, level, name::render, name::trace_rays, name::batch_bytes},
     ISOPHOTE_VARIANTS(X)
 #undef X
 };
@@ -150,7 +151,10 @@ NB_MODULE(_native, m) {
   m.attr("sizes") = sizes;
   m.def("make_tree", &make_tree, nb::arg("lo"), nb::arg("hi"), nb::arg("reference"), nb::arg("node_base"),
         nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
-  nb::class_<WideTree>(m, "WideTree");
+  nb::class_<WideTree>(m, "WideTree").def_prop_ro("bytes", [](const WideTree &tree) {
+    return tree.nodes.size() * sizeof(WideNode) + tree.blocks.size() * sizeof(TriangleBlock);
+  });
+  m.def("batch_bytes", [](const std::string &variant) { return find_variant(variant).batch_bytes(); }, nb::arg("variant"));
   m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
         nb::arg("sums"), nb::arg("cancelled"));

@@ -199,6 +199,8 @@ bool render(const void *const *scene, const WideTree *tree, const void *settings
   return !cancelled->load();
 }
 
+size_t batch_bytes() { return sizeof(Batch); }
+
 void trace_rays(const void *const *scene, const WideTree *tree, const float *rays, long n, int any, int threads,
                 float *hits, unsigned *ids) {
   Scene s = make_scene(scene, tree);

@@ -25,6 +25,7 @@ struct Variant {
   int level;             /* needs x86-64-v<level>; 0: nothing beyond the baseline */
   RenderFunction render;
   TraceFunction trace;
+  size_t (*batch_bytes)(); /* of the paths of one thread */
 };
 
 }  // namespace isophote

@@ -53,6 +53,8 @@ class StudyDevice(OpenCLDevice):
             raise ValueError("list_local: shadow rays that pass transparent surfaces cannot go together")
         prepared = adapt(prepared, self.variant)
         self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
+        self.memory = {"scene": sum(array.nbytes for array in prepared.buffers.values())}
+        self.release_paths()
         options = build_options(self.device, self.settings, prepared)
         options += [f"-D{name}={value}" for name, value in
                     self.variant.macros(len(prepared.buffers["triangles"])).items()]
@@ -78,10 +80,10 @@ class StudyDevice(OpenCLDevice):
         except self.cl.Error as error:
             raise DeviceError(f"opencl: {self.variant} does not compile for {self.name}: {error}") from error
 
-    def paths_at_once(self, item: WorkItem) -> int:
+    def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:
         """As the shipping device, but for as many paths as the variant asks for and samples as its schedule takes."""
         if not self.variant.paths:
-            return super().paths_at_once(item)
+            return super().paths_at_once(item, film_bytes, aovs)
         x0, y0, x1, y1 = item.region
         pixels = max(1, self.variant.paths * self.schedule.samples_per_path // item.samples)
         return min(pixels, (x1 - x0) * (y1 - y0)) * item.samples

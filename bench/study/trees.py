@@ -19,6 +19,7 @@ from isophote.prepare import Prepared
 from isophote.records import fields_of, numbers, records
 
 HUGE = np.float32(3e38)  # a box that every ray enters
+MARGIN = 2.0**-12  # of a step
 WIDE_NODES = Path(__file__).parents[2] / "kernels" / "study" / "wide_nodes.h"
 AXES = ("x", "y", "z")
 
@@ -289,31 +290,31 @@ def plain_nodes(ref: np.ndarray, box: np.ndarray) -> np.ndarray:
 
 
 def quantise(ref: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Boxes as 8-bit steps from the node's corner; what kernels compute, corner + steps * step in float32, never lies
-    inside the box."""
+    """Boxes as 8-bit steps from the node's corner, with MARGIN steps to spare for the kernels' rounding (wide.h)."""
     count, width = ref.shape
     made = np.zeros(count, wide_records()[f"QuantisedNode{width}"])
     made["child"] = ref
     there = ref != numbers()["NONE"]
-    corner = np.where(there[..., None], box[:, :, 0], np.inf).min(1).astype(np.float32)
-    made["corner"] = corner
+    if width == 8:
+        made["exponents"] = np.bitwise_or.reduce(there << np.arange(24, 32, dtype=np.uint32), axis=1)
     shifts = np.uint32(8) * (np.arange(width, dtype=np.uint32) % 4)
     for axis, name in enumerate(AXES):
-        base = corner[:, axis, None]
-        lo, hi = (np.where(there, box[:, :, k, axis], base) for k in (0, 1))
-        extent = (hi.astype(np.float64) - base).max(1)
-        exponent = np.clip(np.ceil(np.log2(np.maximum(extent, 1e-37) / 255)), -126, 127).astype(int)
-        exponent += (base[:, 0] + np.float32(255) * np.exp2(exponent).astype(np.float32)) < hi.max(1)
-        step = np.exp2(exponent).astype(np.float32)[:, None]
-        low = np.clip(np.floor((lo.astype(np.float64) - base) / step), 0, 255)
-        high = np.clip(np.ceil((hi.astype(np.float64) - base) / step), 0, 255)
-        low -= (base + low.astype(np.float32) * step > lo) & (low > 0)
-        high += (base + high.astype(np.float32) * step < hi) & (high < 255)
-        assert (base + low.astype(np.float32) * step <= lo).all()
-        assert (base + high.astype(np.float32) * step >= hi).all()
+        lo = np.where(there, box[:, :, 0, axis], np.inf).astype(np.float64)
+        hi = np.where(there, box[:, :, 1, axis], -np.inf).astype(np.float64)
+        low, high = lo.min(1), hi.max(1)
+        exponent = np.ceil(np.log2(np.maximum(high - low, 1e-36) / 250)).astype(int)
+        # A step is no less than what float32 tells apart at the corner, whose rounding is then a step at most.
+        exponent = np.clip(np.maximum(exponent, np.frexp(np.maximum(abs(low), abs(high)))[1] - 24), -126, 127)
+        step = np.exp2(exponent)
+        corner = (low - MARGIN * step).astype(np.float32)
+        corner = np.where(corner > low - MARGIN * step, np.nextafter(corner, np.float32(-np.inf)), corner)
+        made["corner"][:, axis] = corner
         made["exponents"] |= (exponent + 127).astype(np.uint32) << np.uint32(8 * axis)
-        for bound, steps in (("lo", low), ("hi", high)):
-            words = (steps.astype(np.uint32) << shifts).reshape(count, -1, 4)
+        steps_low = np.floor((lo - corner[:, None]) / step[:, None] - MARGIN)
+        steps_high = np.ceil((hi - corner[:, None]) / step[:, None] + MARGIN)
+        assert (steps_low[there] >= 0).all() and (steps_high[there] <= 255).all()
+        for bound, steps in (("lo", steps_low), ("hi", steps_high)):
+            words = (np.where(there, steps, 0).astype(np.uint32) << shifts).reshape(count, -1, 4)
             word = np.bitwise_or.reduce(words, axis=2)
             made[f"{bound}_{name}"] = word if width > 4 else word[:, 0]
     return made

@@ -20,9 +20,9 @@ FN Hit trace_list(Scene s, Ray ray, int any) {
     uint i = REF_INDEX(ref);
     if (REF_KIND(ref) == REF_TRIANGLES) {
       best = hit_triangles(s, i, NONE, world, ray, best);
-    } else if (REF_KIND(ref) == REF_SPHERES) {
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERES) {
       best = hit_spheres(s, i, world, ray, best);
-    } else if (s.instances[i].visibility & ray.kind) {
+    } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[i].visibility & ray.kind)) {
       LocalRay space = make_local_ray(transform_point(s.instances[i].to_object, ray.origin),
                                       transform_vector(s.instances[i].to_object, ray.direction));
       best = hit_triangles(s, REF_INDEX(s.instances[i].root), i, space, ray, best);
@@ -43,10 +43,12 @@ FN Hit hit_run_together(Scene s, uint first, uint instance, LocalRay space, Ray 
     for (uint k = 0u; k < GROUP_SIZE && !last; k++) {
       uint slot = chunk[k].slot;
       last = slot & LAST_IN_LEAF;
-      if (wanted && (instance != NONE || ((slot >> 16) & ray.kind))) {
+      int sees = !(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((slot >> 16) & ray.kind);
+      if (wanted && sees) {
         TriangleHit h = triangle_hit(load3(chunk[k].v0), load3(chunk[k].v1), load3(chunk[k].v2), space.origin,
                                      space.direction, space.shear);
-        best = keep_closer(best, h, instance != NONE ? instance : chunk[k].instance, chunk[k].primitive, first + k, ray);
+        uint owner = instance != NONE ? instance : chunk[k].instance;
+        if (h.hit) best = keep_closer(best, h, owner, chunk[k].primitive, first + k, ray);
       }
     }
   }
@@ -67,9 +69,9 @@ FN Hit trace_list_together(Scene s, Ray ray, int any, int wanted, __local Triang
     uint i = REF_INDEX(ref);
     if (REF_KIND(ref) == REF_TRIANGLES) {
       best = hit_run_together(s, i, NONE, world, ray, best, wanted, chunk);
-    } else if (REF_KIND(ref) == REF_SPHERES) {
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERES) {
       if (wanted) best = hit_spheres(s, i, world, ray, best);
-    } else {
+    } else if (SCENE_FEATURES & FEATURE_INSTANCES) {
       LocalRay space = make_local_ray(transform_point(s.instances[i].to_object, ray.origin),
                                       transform_vector(s.instances[i].to_object, ray.direction));
       int sees = wanted && (s.instances[i].visibility & ray.kind);

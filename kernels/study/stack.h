@@ -8,6 +8,7 @@ FN Hit trace_stack(Scene s, Ray ray, int any) {
   Hit best = no_hit(ray.t_max);
   LocalRay world = make_local_ray(ray.origin, ray.direction);
   LocalRay space = world;
+  Slabs slabs = make_slabs(space);
   real slack_t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING);
   uint stack[STUDY_STACK]; /* the host has looked how deep the tree is */
   int top = 0;
@@ -16,27 +17,29 @@ FN Hit trace_stack(Scene s, Ray ray, int any) {
   stack[top++] = s.world[0].root;
   while (top > 0) {
     uint ref = stack[--top], kind = REF_KIND(ref);
-    if (ref == REF_RETURN) {
+    if ((SCENE_FEATURES & FEATURE_INSTANCES) && ref == REF_RETURN) {
       instance = NONE;
       space = world;
+      slabs = make_slabs(space);
     } else if (kind == REF_NODE) {
       GLOBAL const Bvh2Node *n = &s.nodes[ref];
       real limit = (PRUNED ? best.t : ray.t_max) * LIMIT_SLACK;
-      real t0 = enter_box(n->lo_x[0], n->hi_x[0], n->lo_y[0], n->hi_y[0], n->lo_z[0], n->hi_z[0], space, slack_t_min, limit);
-      real t1 = enter_box(n->lo_x[1], n->hi_x[1], n->lo_y[1], n->hi_y[1], n->lo_z[1], n->hi_z[1], space, slack_t_min, limit);
+      real t0 = enter_box(n->lo_x[0], n->hi_x[0], n->lo_y[0], n->hi_y[0], n->lo_z[0], n->hi_z[0], slabs, slack_t_min, limit);
+      real t1 = enter_box(n->lo_x[1], n->hi_x[1], n->lo_y[1], n->hi_y[1], n->lo_z[1], n->hi_z[1], slabs, slack_t_min, limit);
       int first = ORDERED && t1 < t0 && t1 >= REAL(0.0); /* the one that is visited first */
       if ((first ? t0 : t1) >= REAL(0.0)) stack[top++] = n->child[1 - first];
       if ((first ? t1 : t0) >= REAL(0.0)) stack[top++] = n->child[first];
     } else if (kind == REF_TRIANGLES) {
       best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
       if (any && best.index != NONE) return best;
-    } else if (kind == REF_SPHERES) {
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
       best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
       if (any && best.index != NONE) return best;
-    } else if (s.instances[REF_INDEX(ref)].visibility & ray.kind) {
+    } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[REF_INDEX(ref)].visibility & ray.kind)) {
       instance = REF_INDEX(ref);
       space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
                              transform_vector(s.instances[instance].to_object, ray.direction));
+      slabs = make_slabs(space);
       stack[top++] = REF_RETURN;
       stack[top++] = s.instances[instance].root;
     }

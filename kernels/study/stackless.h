@@ -24,6 +24,7 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
   Hit best = no_hit(ray.t_max);
   LocalRay world = make_local_ray(ray.origin, ray.direction);
   LocalRay space = world;
+  Slabs slabs = make_slabs(space);
   real slack_t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING);
   uint node = s.world[0].root, instance = NONE, outer_node = NONE, outer_child = 0u;
   if (node == NONE) return best;
@@ -33,12 +34,13 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
     GLOBAL const Bvh2Node *n = &s.nodes[node];
     if (state == FROM_CHILD) { /* both children are done */
       uint parent = n->unused[0];
-      if (parent == NONE && instance == NONE) return best;
+      if (parent == NONE && (!(SCENE_FEATURES & FEATURE_INSTANCES) || instance == NONE)) return best;
       node = parent == NONE ? outer_node : parent >> 1;
       child = parent == NONE ? outer_child : parent & 1u;
       if (parent == NONE) {
         instance = NONE;
         space = world;
+        slabs = make_slabs(space);
       }
       if (child == near_child(&s.nodes[node], space.direction)) {
         child = 1u - child;
@@ -50,16 +52,19 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
     real limit = (PRUNED ? best.t : ray.t_max) * LIMIT_SLACK;
     real t = ref == NONE ? REAL(-1.0)
                          : enter_box(n->lo_x[child], n->hi_x[child], n->lo_y[child], n->hi_y[child], n->lo_z[child],
-                                     n->hi_z[child], space, slack_t_min, limit);
+                                     n->hi_z[child], slabs, slack_t_min, limit);
     if (t >= REAL(0.0)) {
       if (kind == REF_TRIANGLES) best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
-      if (kind == REF_SPHERES) best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
+      if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES)
+        best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
       if (any && best.index != NONE) return best;
-      int enters = kind == REF_INSTANCE && (s.instances[REF_INDEX(ref)].visibility & ray.kind);
+      int enters = (SCENE_FEATURES & FEATURE_INSTANCES) && kind == REF_INSTANCE &&
+                   (s.instances[REF_INDEX(ref)].visibility & ray.kind);
       if (enters) {
         instance = REF_INDEX(ref);
         space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
                                transform_vector(s.instances[instance].to_object, ray.direction));
+        slabs = make_slabs(space);
         outer_node = node;
         outer_child = child;
         ref = s.instances[instance].root;

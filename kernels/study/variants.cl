@@ -4,7 +4,6 @@
  * files at the end are wanted. Every tracer gives the hits of the shipping one, every schedule its sums. Not part of the
  * shipped program. */
 #include "../bvh.h"
-#include "wide_nodes.h"
 
 #define TRAVERSAL_SHIPPING 0
 #define TRAVERSAL_LIST 1
@@ -13,6 +12,9 @@
 #define TRAVERSAL_WIDE4 4
 #define TRAVERSAL_WIDE8 5
 
+#if TRAVERSAL == TRAVERSAL_WIDE4 || TRAVERSAL == TRAVERSAL_WIDE8
+#include "wide.h"
+#endif
 #if TRAVERSAL == TRAVERSAL_LIST
 #include "list.h"
 #define TRACE(scene, ray, any) trace_list(scene, ray, any)

@@ -15,7 +15,7 @@ typedef struct {
 
 typedef struct {
   packed3 corner;
-  uint exponents; /* of the steps along x, y, z: biased, 8 bits each */
+  uint exponents; /* of the steps along x, y, z: biased, 8 bits each; then a bit a child that is there, of eight */
   uint child[4];
   uint lo_x, hi_x, lo_y, hi_y, lo_z, hi_z; /* a byte a child, in steps */
   uint unused[2];
