@@ -15,7 +15,7 @@ from isophote.opencl import BOUNCES_BETWEEN_LOOKS
 U = np.uint32
 NONE = 0xFFFFFFFF
 SORT_BINS = 4096  # kernels/study/sort.cl
-PAIRS_PER_PATH = 96  # room in the queues of breadth-first traversal
+PAIRS_PER_PATH = 32  # room in the queues of breadth-first traversal
 
 
 def bounce_limit(settings) -> int:

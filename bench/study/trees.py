@@ -183,11 +183,10 @@ def with_parents(prepared: Prepared) -> Prepared:
     """Parent links and the order of children in each node's unused words; leaves that are roots get a node above."""
     n = numbers()
     nodes = prepared.buffers["nodes"].copy()
-    new_roots, above = {}, np.zeros(len(roots(prepared)), nodes.dtype)
-    for k, root in enumerate(roots(prepared)):
-        if root == n["NONE"] or is_node(np.uint32(root)):
-            continue
-        new_roots[root] = len(nodes) + k
+    leaves = [root for root in roots(prepared) if root != n["NONE"] and not is_node(np.uint32(root))]
+    new_roots = {root: len(nodes) + k for k, root in enumerate(leaves)}
+    above = np.zeros(len(leaves), nodes.dtype)
+    for k, root in enumerate(leaves):
         above["child"][k] = root, n["NONE"]
         for axis in AXES:
             above[f"lo_{axis}"][k], above[f"hi_{axis}"][k] = -HUGE, HUGE
