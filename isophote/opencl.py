@@ -24,14 +24,10 @@ from isophote.prepare import Prepared
 from isophote.records import header_path, numbers, scene_buffers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
+from isophote.wavefront import Wavefront, path_columns
 
-GROUP = 64  # work-items of a group
-PATHS_ON_GPU, PATHS_ON_CPU = 1 << 21, 1 << 15
-BOUNCES_BETWEEN_LOOKS = 8  # the queue's length is read that often, to stop early and to cancel
+PATHS_ON_GPU, PATHS_ON_CPU = 1 << 22, 1 << 15
 FEWEST_PATHS = 1 << 12  # with fewer in flight a device would wait for its launches
-# Columns of 4 bytes a path, by buffer; `aovs` are as many as a picture's further passes want.
-COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 3, "light_reals": 10, "light_uints": 3, "results": 4}
-QUEUES = 3
 PATHS_SHARE = 0.5  # of the memory that the scene leaves: others want some, too
 
 
@@ -113,12 +109,6 @@ def kernel_source(entry: Path | None = None) -> str:
     return expand((entry or header_path("wavefront.cl")).resolve())
 
 
-def path_columns(aovs: bool) -> dict[str, int]:
-    """Columns of 4 bytes that each path takes, by buffer."""
-    n = numbers()
-    return COLUMNS | {"aovs": n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1, "queues": QUEUES}
-
-
 class OpenCLDevice:
     """One OpenCL device, given by its entry of list_opencl()."""
 
@@ -141,7 +131,7 @@ class OpenCLDevice:
         self.largest_buffer = lowered(min(self.device.max_mem_alloc_size, self.total_memory), BUFFER)
         self.memory: dict[str, int] = {}
         self.scene: list = []
-        self.capacity = 0
+        self.wavefront: Wavefront | None = None
 
     def calling(self, function, *arguments, **named):
         """Call into OpenCL; its errors come out as DeviceError naming the device."""
@@ -174,7 +164,7 @@ class OpenCLDevice:
         self.scene = []
         self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
         self.memory = {"scene": sum(buffer.nbytes for buffer in prepared.buffers.values())}
-        self.release_paths()
+        self.wavefront = None
         self.build(kernel_source(), build_options(self.device, self.settings, prepared))
 
     def build(self, source: str, options: list[str]) -> None:
@@ -187,8 +177,6 @@ class OpenCLDevice:
             self.built = KernelBuild(self.cl, self.context, self.device, source, options, open_cache())
         except (self.cl.Error, RuntimeError) as error:
             raise DeviceError(f"opencl: the kernels do not compile for {self.name}: {error}") from error
-        self.kernels = {name: self.calling(self.cl.Kernel, self.built.program, name)
-                        for name in ("generate", "extend", "shade", "connect", "accumulate")}
         self.warm_up()
         self.kernels_from = "cache" if self.built.from_cache else "compiler"
         self.compile_seconds += time.perf_counter() - started
@@ -211,24 +199,11 @@ class OpenCLDevice:
 
     def reserve(self, paths: int, aovs: bool) -> None:
         """Make room for the state of so many paths."""
-        if paths <= self.capacity and aovs <= self.has_aovs:
+        if self.wavefront and paths <= self.wavefront.paths and aovs <= self.wavefront.aovs:
             return
-        self.release_paths()
-        self.capacity, self.has_aovs = paths, aovs
-        columns = path_columns(aovs)
-        for name in (*COLUMNS, "aovs"):
-            setattr(self, name, self.buffer(4 * columns[name] * paths))
-        self.queues = [self.buffer(4 * paths) for _ in range(2)]
-        self.light_queue = self.buffer(4 * paths)
-        self.memory["paths"] = 4 * sum(columns.values()) * paths
-
-    has_aovs = False
-
-    def release_paths(self) -> None:
-        """Drop the paths' buffers; the driver frees them with their last reference."""
-        self.capacity = 0
-        for name in (*COLUMNS, "aovs", "queues", "light_queue"):
-            self.__dict__.pop(name, None)
+        self.wavefront = None
+        self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, self.scene, paths, aovs)
+        self.memory["paths"] = 4 * sum(path_columns(aovs).values()) * paths
 
     def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:
         """Paths in flight: as many as the device has use and memory for, whole pixels, at least one."""
@@ -252,53 +227,18 @@ class OpenCLDevice:
         x0, y0, x1, y1 = item.region
         pixels = (x1 - x0) * (y1 - y0)
         at_once = paths // item.samples
+        bounces = settings.max_bounces + settings.transparent_bounces + 3
         for first in range(0, pixels, at_once):
-            if not self.render_pixels(params_buffer, settings, film, first, min(at_once, pixels - first), item.samples,
-                                      cancelled):
+            if not self.calling(self.wavefront.trace, params_buffer, film, first, min(at_once, pixels - first),
+                                item.samples, bounces, cancelled):
                 return 0
         made = np.empty_like(sums)
         self.calling(self.cl.enqueue_copy, self.queue, made, film)
         sums[:] = made
         return item.samples
 
-    def render_pixels(self, params, settings: Settings, film, first: int, pixels: int, samples: int, cancelled) -> bool:
-        """Trace all samples of some pixels to their end; False where cancelled."""
-        u, stride, count = np.uint32, np.uint32(self.capacity), pixels * samples
-        path = (self.reals, self.uints, stride)
-        hit, light = (self.hit_reals, self.hit_uints), (self.light_reals, self.light_uints)
-        result = (self.results, self.aovs)
-        limit = settings.max_bounces + settings.transparent_bounces + 3
-        lengths = np.zeros(2 * limit + 2, np.uint32)
-        lengths[0] = count
-        counts = self.calling(self.cl.Buffer, self.context,
-                              self.cl.mem_flags.READ_WRITE | self.cl.mem_flags.COPY_HOST_PTR, hostbuf=lengths)
-        self.launch("generate", count, *self.scene, params, *path, *result, self.queues[0], u(first), u(count))
-        strided = min(count, self.device.max_compute_units * 2048)
-        for bounce in range(limit):
-            now, following = self.queues[bounce % 2], self.queues[1 - bounce % 2]
-            self.launch("extend", strided, *self.scene, params, *path, *hit, now, counts, u(bounce))
-            self.launch("shade", strided, *self.scene, params, *path, *hit, *light, *result, now, following,
-                        self.light_queue, counts, u(bounce))
-            self.launch("connect", strided, *self.scene, params, stride, *light, self.results, self.light_queue, counts,
-                        u(bounce))
-            if bounce % BOUNCES_BETWEEN_LOOKS == BOUNCES_BETWEEN_LOOKS - 1:
-                if cancelled():
-                    return False
-                left = np.zeros(1, np.uint32)
-                self.calling(self.cl.enqueue_copy, self.queue, left, counts, src_offset=8 * (bounce + 1))
-                if not left[0]:
-                    break
-        self.launch("accumulate", pixels, params, stride, *result, film, u(first), u(pixels))
-        return not cancelled()
-
-    def launch(self, name: str, count: int, *arguments) -> None:
-        """Enqueue a kernel over at least `count` work-items."""
-        self.calling(self.kernels[name], self.queue, (-(-count // GROUP) * GROUP,), (GROUP,), *arguments)
-
     def close(self) -> None:
         """Drop all buffers."""
         self.queue.finish()
         self.keep_kernels()
-        self.release_paths()
-        self.scene, self.memory = [], {}
-        self.__dict__.pop("kernels", None)
+        self.scene, self.memory, self.wavefront = [], {}, None

@@ -97,7 +97,7 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
   uint last = 0u;
   while (!last) {
     GLOBAL const Triangle *t = &s.triangles[index];
-    float4 v0 = load_float4(&t->v0), v1 = load_float4(&t->v1), v2 = load_float4(&t->v2);
+    float4 v0 = load_float4(t, 0), v1 = load_float4(t, 1), v2 = load_float4(t, 2); /* with what stands behind them */
     uint slot = bits_of_float(v2.w);
     last = slot & LAST_IN_LEAF;
     /* Triangles in an instance inherit its visibility, tested when it was entered. */
@@ -150,7 +150,7 @@ FN Hit trace(Scene s, Ray ray, int any) {
   for (;;) {
     while (REF_KIND(ref) == REF_NODE) {
       GLOBAL const Bvh2Node *n = &s.nodes[ref];
-      float4 x = load_float4(n->lo_x), y = load_float4(n->lo_y), z = load_float4(n->lo_z), children = load_float4(n->child);
+      float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2), children = load_float4(n, 3);
       real limit = best.t * LIMIT_SLACK;
       real t0 = enter_box(to_real(x.x), to_real(x.z), to_real(y.x), to_real(y.z), to_real(z.x), to_real(z.z), slabs,
                           slack_t_min, limit);

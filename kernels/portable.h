@@ -31,8 +31,12 @@ typedef float2 real2;
 #define real_of(x) ((float)(x))
 #define bits_of_float(x) as_uint(x)
 #define float_of_bits(x) as_float((uint)(x))
-/* Four floats in one load; p is aligned to 16 bytes. */
-#define load_float4(p) (*(GLOBAL const float4 *)(p))
+/* Four floats in one load, the k-th four of a record that lies at a multiple of 16 bytes. Through a pointer of
+ * its own: compilers remember that a field of floats is aligned to 4 bytes only, and load it in four. */
+FN float4 load_float4(GLOBAL const void *record, uint k) {
+  GLOBAL const float4 *quads = (GLOBAL const float4 *)record;
+  return quads[k];
+}
 /* One instruction each where min_real and max_real need two; which NaN or zero comes out is left open, so
  * only for what may err: tests of boxes. */
 #define loose_min(a, b) fmin(a, b)
@@ -107,9 +111,9 @@ FN float float_of_bits(uint x) { return __builtin_bit_cast(float, x); }
 struct float4 {
   float x, y, z, w;
 };
-FN float4 load_float4(const void *p) {
+FN float4 load_float4(const void *record, uint k) {
   float4 f;
-  std::memcpy(&f, p, sizeof f);
+  std::memcpy(&f, static_cast<const char *>(record) + 16 * k, sizeof f);
   return f;
 }
 #define loose_min(a, b) min_real(a, b)

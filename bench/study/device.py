@@ -16,6 +16,7 @@ from isophote.prepare import Prepared
 from isophote.records import numbers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
+from isophote.wavefront import GROUP
 
 SOURCE = Path(__file__).parents[2] / "kernels" / "study" / "variants.cl"
 # Put behind the elementary functions' definitions: the device's instructions instead of them, as in the report.
@@ -37,8 +38,7 @@ class StudyDevice(OpenCLDevice):
 
     def __init__(self, settings: Settings, variant: Variant, profile: bool = False, spec: str = "opencl"):
         super().__init__(settings, opencl_info(spec))
-        self.variant, self.profile = variant, profile
-        self.schedule = SCHEDULES[variant.schedule]()
+        self.variant, self.profile, self.group = variant, profile, variant.group or GROUP
         self.context = CONTEXTS.setdefault(self.name, self.context)
         flags = self.cl.command_queue_properties.PROFILING_ENABLE if profile else 0
         self.queue = self.calling(self.cl.CommandQueue, self.context, properties=flags)
@@ -54,7 +54,7 @@ class StudyDevice(OpenCLDevice):
         prepared = adapt(prepared, self.variant)
         self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
         self.memory = {"scene": sum(array.nbytes for array in prepared.buffers.values())}
-        self.release_paths()
+        self.wavefront = None
         options = build_options(self.device, self.settings, prepared)
         options += [f"-D{name}={value}" for name, value in
                     self.variant.macros(len(prepared.buffers["triangles"])).items()]
@@ -66,7 +66,8 @@ class StudyDevice(OpenCLDevice):
         key = (self.name, *options)
         if key not in PROGRAMS:
             PROGRAMS[key] = self.compiled(options)
-        self.kernels = {kernel.function_name: kernel for kernel in PROGRAMS[key].all_kernels()}
+        self.program = PROGRAMS[key]
+        self.kernels = {kernel.function_name: kernel for kernel in self.program.all_kernels()}
         self.compile_seconds += time.perf_counter() - started
 
     def compiled(self, options: list[str]):
@@ -85,51 +86,47 @@ class StudyDevice(OpenCLDevice):
         if not self.variant.paths:
             return super().paths_at_once(item, film_bytes, aovs)
         x0, y0, x1, y1 = item.region
-        pixels = max(1, self.variant.paths * self.schedule.samples_per_path // item.samples)
+        pixels = max(1, self.variant.paths * SCHEDULES[self.variant.schedule].samples_per_path // item.samples)
         return min(pixels, (x1 - x0) * (y1 - y0)) * item.samples
 
     def reserve(self, paths: int, aovs: bool) -> None:
-        """Room for a pass of so many samples, and what the schedule wants besides."""
-        known = self.capacity
-        super().reserve(paths, aovs)
-        if self.capacity != known:
-            self.schedule.reserve(self, self.capacity)
+        """Room for a pass of so many samples."""
+        if self.wavefront is None or self.wavefront.paths < paths or self.wavefront.aovs < aovs:
+            self.wavefront = None
+            self.wavefront = self.calling(SCHEDULES[self.variant.schedule], self, paths, aovs)
 
-    def render_pixels(self, params, settings: Settings, film, first: int, pixels: int, samples: int, cancelled) -> bool:
-        if self.variant.schedule == "shipping":
-            done = super().render_pixels(params, settings, film, first, pixels, samples, cancelled)
-        else:
-            done = self.schedule.render_pixels(self, params, settings, film, first, pixels, samples, cancelled)
-        if self.profile:
-            self.queue.finish()
-            for name, event in self.events:
-                spent = 1e-9 * (event.profile.end - event.profile.start)
-                self.kernel_seconds.setdefault(name, []).append(spent)
-            self.events.clear()
+    def render(self, item, settings, sums, cancelled) -> int:
+        done = super().render(item, settings, sums, cancelled)
+        for name, event in self.events:
+            spent = 1e-9 * (event.profile.end - event.profile.start)
+            self.kernel_seconds.setdefault(name, []).append(spent)
+        self.events.clear()
         return done
 
     def launch(self, name: str, count: int, *arguments) -> None:
         """Enqueue a kernel over at least `count` work-items in groups of the variant's size."""
-        group = self.variant.group
-        event = self.calling(self.kernels[name], self.queue, (-(-count // group) * group,), (group,), *arguments)
+        size = -(-count // self.group) * self.group
+        self.keep(name, self.calling(self.kernels[name], self.queue, (size,), (self.group,), *arguments))
+
+    def keep(self, name: str, event) -> None:
+        """Remember a launch until the item is done, for its time."""
         if self.profile:
             self.events.append((name, event))
 
     def strided(self, count: int) -> int:
-        """Work-items of a launch that strides through a queue of `count`, as the shipping device launches."""
+        """Work-items of a launch that strides through a queue of at most `count`: enough to fill the device."""
         return min(count, self.device.max_compute_units * 2048)
 
     def fill(self, buffer, value: int, count: int) -> None:
         """Write one value to `count` places of a buffer of uints."""
         self.calling(self.cl.enqueue_fill_buffer, self.queue, buffer, np.uint32(value), 0, 4 * count)
 
+    def copy(self, source, to, count: int) -> None:
+        """Copy `count` uints from one buffer to another."""
+        self.calling(self.cl.enqueue_copy, self.queue, to, source, byte_count=4 * count)
+
     def read(self, buffer, index: int, count: int = 1) -> np.ndarray:
         """`count` uints of a buffer, waiting for the device."""
         values = np.zeros(count, np.uint32)
         self.calling(self.cl.enqueue_copy, self.queue, values, buffer, src_offset=4 * index)
         return values
-
-    def close(self) -> None:
-        """Drop all buffers."""
-        super().close()
-        self.schedule = None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isophote.wavefront import GROUP
+
 # TRAVERSAL number and macros of kernels/study/variants.cl; "shipping" is kernels/bvh.h as it is rendered with.
 TRAVERSALS = {
     "shipping": (0, {}),
@@ -30,7 +32,7 @@ class Variant:
     traversal: str = "shipping"
     schedule: str = "shipping"
     sort: str = ""
-    group: int = 64  # work-items of a work-group
+    group: int = 0  # work-items of a work-group; 0: 64, or what the shipping schedule takes
     paths: int = 0  # in flight; 0: as many as the shipping device
     leaf: int = 0
     ordered: bool = True
@@ -51,14 +53,15 @@ class Variant:
             raise ValueError("breadth_first walks the BVH2")
         if not (self.traversal in ("stack", "stackless") or (self.ordered and self.pruned)):
             raise ValueError("only stack and stackless can do without order and pruning")
-        if self.group not in (32, 64, 128, 256):
+        if self.group not in (0, 32, 64, 128, 256):
             raise ValueError(f"group {self.group}: 32, 64, 128 or 256")
 
     def macros(self, triangles: int) -> dict[str, int]:
         """What the kernels are compiled with, for a scene of so many triangles (kernels/study/variants.cl)."""
         number, more = TRAVERSALS[self.traversal]
-        made = {"TRAVERSAL": number, "GROUP_SIZE": self.group, "ORDERED": int(self.ordered), "PRUNED": int(self.pruned),
-                "STUDY_STACK": self.stack, "MEGAKERNEL": int(self.schedule == "megakernel"),
+        made = {"TRAVERSAL": number, "GROUP_SIZE": self.group or GROUP, "STUDY_STACK": self.stack,
+                "ORDERED": int(self.ordered), "PRUNED": int(self.pruned),
+                "MEGAKERNEL": int(self.schedule == "megakernel"),
                 "PLACES": int(self.schedule not in ("shipping", "megakernel")), "SORT": int(bool(self.sort)),
                 "BREADTH_FIRST": int(self.schedule == "breadth_first"), **more}
         return made | ({"TRIANGLE_COUNT": triangles} if self.traversal.startswith("list") else {})

@@ -3,6 +3,15 @@
  * A place holds a path's column, or NONE once the path has ended. counts[2 b] is how many places bounce b has,
  * counts[2 b + 1] how many paths it began with. What closes the gaps is in reorder.cl. */
 
+__kernel void start_slots(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, uint first_pixel,
+                          uint count) {
+  MAKE_SCENE
+  uint i = get_global_id(0);
+  if (i >= count) return;
+  store_path(reals, uints, stride, i, start_path(s, params, results, aovs, stride, first_pixel, i));
+  queue[i] = i;
+}
+
 __kernel void extend_slots(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL const uint *queue,
                            GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE

@@ -24,11 +24,13 @@ FN Hit trace_stack(Scene s, Ray ray, int any) {
     } else if (kind == REF_NODE) {
       GLOBAL const Bvh2Node *n = &s.nodes[ref];
       real limit = (PRUNED ? best.t : ray.t_max) * LIMIT_SLACK;
-      real t0 = enter_box(n->lo_x[0], n->hi_x[0], n->lo_y[0], n->hi_y[0], n->lo_z[0], n->hi_z[0], slabs, slack_t_min, limit);
-      real t1 = enter_box(n->lo_x[1], n->hi_x[1], n->lo_y[1], n->hi_y[1], n->lo_z[1], n->hi_z[1], slabs, slack_t_min, limit);
+      float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2), children = load_float4(n, 3);
+      real t0 = enter_box(x.x, x.z, y.x, y.z, z.x, z.z, slabs, slack_t_min, limit);
+      real t1 = enter_box(x.y, x.w, y.y, y.w, z.y, z.w, slabs, slack_t_min, limit);
+      uint child0 = bits_of_float(children.x), child1 = bits_of_float(children.y);
       int first = ORDERED && t1 < t0 && t1 >= REAL(0.0); /* the one that is visited first */
-      if ((first ? t0 : t1) >= REAL(0.0)) stack[top++] = n->child[1 - first];
-      if ((first ? t1 : t0) >= REAL(0.0)) stack[top++] = n->child[first];
+      if ((first ? t0 : t1) >= REAL(0.0)) stack[top++] = first ? child0 : child1;
+      if ((first ? t1 : t0) >= REAL(0.0)) stack[top++] = first ? child1 : child0;
     } else if (kind == REF_TRIANGLES) {
       best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
       if (any && best.index != NONE) return best;

@@ -49,10 +49,11 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
       continue;
     }
     uint ref = n->child[child], kind = REF_KIND(ref);
+    float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2);
     real limit = (PRUNED ? best.t : ray.t_max) * LIMIT_SLACK;
     real t = ref == NONE ? REAL(-1.0)
-                         : enter_box(n->lo_x[child], n->hi_x[child], n->lo_y[child], n->hi_y[child], n->lo_z[child],
-                                     n->hi_z[child], slabs, slack_t_min, limit);
+                         : enter_box(child ? x.y : x.x, child ? x.w : x.z, child ? y.y : y.x, child ? y.w : y.z,
+                                     child ? z.y : z.x, child ? z.w : z.z, slabs, slack_t_min, limit);
     if (t >= REAL(0.0)) {
       if (kind == REF_TRIANGLES) best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
       if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES)

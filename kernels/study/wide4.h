@@ -12,7 +12,7 @@ typedef struct {
 #if QUANTISED
 typedef QuantisedNode4 WideNode4;
 FN Entered4 enter_children4(GLOBAL const WideNode4 *n, WideSlabs w, real t_min, real t_max) {
-  float4 corner = load_float4(&n->corner), a = load_float4(&n->lo_x), b = load_float4(&n->lo_z);
+  float4 corner = load_float4(n, 0), a = load_float4(n, 2), b = load_float4(n, 3);
   WideSlabs in_steps = make_node_slabs(load3(corner), bits_of_float(corner.w), w);
   uint x0 = bits_of_float(w.octant & 1u ? a.y : a.x), x1 = bits_of_float(w.octant & 1u ? a.x : a.y);
   uint y0 = bits_of_float(w.octant & 2u ? a.w : a.z), y1 = bits_of_float(w.octant & 2u ? a.z : a.w);
@@ -26,9 +26,9 @@ FN Entered4 enter_children4(GLOBAL const WideNode4 *n, WideSlabs w, real t_min, 
 #else
 typedef PlainNode4 WideNode4;
 FN Entered4 enter_children4(GLOBAL const WideNode4 *n, WideSlabs w, real t_min, real t_max) {
-  float4 x0 = load_float4(w.octant & 1u ? n->hi_x : n->lo_x), x1 = load_float4(w.octant & 1u ? n->lo_x : n->hi_x);
-  float4 y0 = load_float4(w.octant & 2u ? n->hi_y : n->lo_y), y1 = load_float4(w.octant & 2u ? n->lo_y : n->hi_y);
-  float4 z0 = load_float4(w.octant & 4u ? n->hi_z : n->lo_z), z1 = load_float4(w.octant & 4u ? n->lo_z : n->hi_z);
+  uint x = w.octant & 1u, y = (w.octant >> 1) & 1u, z = w.octant >> 2;
+  float4 x0 = load_float4(n, x), x1 = load_float4(n, 1u - x), y0 = load_float4(n, 2u + y), y1 = load_float4(n, 3u - y);
+  float4 z0 = load_float4(n, 4u + z), z1 = load_float4(n, 5u - z);
   Entered4 e;
   e.t[0] = enter_planes(x0.x, x1.x, y0.x, y1.x, z0.x, z1.x, w, t_min, t_max);
   e.t[1] = enter_planes(x0.y, x1.y, y0.y, y1.y, z0.y, z1.y, w, t_min, t_max);
@@ -48,7 +48,7 @@ FN Entered4 enter_children4(GLOBAL const WideNode4 *n, WideSlabs w, real t_min, 
   }
 FN Entered4 sorted_children4(GLOBAL const WideNode4 *n, WideSlabs w, real t_min, real t_max) {
   Entered4 e = enter_children4(n, w, t_min, t_max);
-  float4 refs = load_float4(n->child);
+  float4 refs = load_float4(n, QUANTISED ? 1 : 6);
   e.child[0] = bits_of_float(refs.x);
   e.child[1] = bits_of_float(refs.y);
   e.child[2] = bits_of_float(refs.z);

@@ -7,8 +7,7 @@
 /* Mask of the children that the ray enters; bit k is the child at place k exclusive-or octant. Words hold four
  * children each: first those of places 0 to 3, then the others. */
 FN uint enter_children8(GLOBAL const QuantisedNode8 *n, WideSlabs w, real t_min, real t_max) {
-  float4 corner = load_float4(&n->corner);
-  float4 x = load_float4(n->lo_x), y = load_float4(n->lo_y), z = load_float4(n->lo_z);
+  float4 corner = load_float4(n, 0), x = load_float4(n, 3), y = load_float4(n, 4), z = load_float4(n, 5);
   WideSlabs in_steps = make_node_slabs(load3(corner), bits_of_float(corner.w), w);
   uint there = bits_of_float(corner.w) >> 24, mask = 0u;
   for (uint side = 0u; side < 2u; side++) {

@@ -180,18 +180,25 @@ def test_no_seam_with_real_devices(monkeypatch):
     found = [info.id for info in list_kind("opencl") if info.usable and "Portable Computing" in info.driver]
     if not found:
         missing("no OpenCL platform 'Portable Computing Language'")
-    ready, compiled = threading.Event(), OpenCLDevice.upload
+    ready, uploaded, compiled = threading.Event(), threading.Event(), OpenCLDevice.upload
 
     def slow(self, prepared):
         compiled(self, prepared)
         ready.wait(30)
+        uploaded.set()
+
+    def look(progress):
+        if progress.samples_done >= 5:
+            ready.set()
+            uploaded.wait(60)
 
     monkeypatch.setattr(OpenCLDevice, "upload", slow)
     scene = SCENES["cornell_like"]()
     films = []
     for device in (found[0], "openmp"):
         with Session(scene, settings(50, device=device), None) as session:
-            session.run(lambda progress: ready.set() if progress.samples_done >= 5 else None)
+            uploaded.clear()
+            session.run(look if device != "openmp" else None)
             films.append(session.film)
             drawn = session.result()["samples_by_device"]
         assert len(drawn) == (2 if device != "openmp" else 1) and sum(drawn.values()) == 50
