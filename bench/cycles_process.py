@@ -16,7 +16,6 @@ from isophote.blender_process import export_blend
 from isophote.scene import Scene, load_scene
 from isophote.settings import Settings
 
-ROOT = Path(__file__).resolve().parents[1]
 WORKER = Path(__file__).with_name("cycles_worker.py")
 MARK = "ISOPHOTE-CYCLES "
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from bench.cycles_process import ROOT, CyclesError, find_python
+from bench.common import ROOT
+from bench.cycles_process import CyclesError, find_python
+from isophote.blender_process import export_blend
 
 OWN = ("cornell_box", "sphere_box", "torus_box", "monkey_box", "instances")
 MADE = ("cornell", "monkeys", "glassbox")
@@ -33,3 +35,16 @@ def made_scenes(folder: Path, names=MADE) -> list[Path]:
         if not all(path.is_file() for path in paths):  # the exit status of the bpy module says little
             raise CyclesError(f"{script.name} made no scenes:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
     return paths
+
+
+def exported_scenes(folder: Path, names=MADE) -> list[Path]:
+    """The scenes of make_bench_scenes.py as .npz files, exported into `folder` unless they lie there; else
+    whatever .npz files do. Raises CyclesError, BlenderError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{name}.npz" for name in names]
+    missing = [path for path in paths if not path.is_file()]
+    if missing and find_python() is not None and (blends := made_scenes(folder)):
+        for blend, path in zip(blends, paths, strict=True):
+            if path in missing:
+                export_blend(blend, path, blender=find_python())
+    return [path for path in paths if path.is_file()] or sorted(folder.glob("*.npz"))

@@ -49,17 +49,13 @@ class TreeList:
         n = numbers()
         count, balls = len(soup.corners), len(spheres)
         centers, radii = spheres["center"], spheres["radius"][:, None]
-        lo = np.concatenate([soup.corners.min(1), centers - radii, items.lo])
-        hi = np.concatenate([soup.corners.max(1), centers + radii, items.hi])
-        # Wider by the roundings of triangle_hit, which go with the largest coordinate: else a ray in the plane of
-        # a flat box, or one that meets coincident triangles, would find a hit in one tree and not in another.
-        margin = np.maximum(np.abs(lo), np.abs(hi)).max(1, keepdims=True) * np.float32(BOX_MARGIN)
-        lo, hi = lo - margin, hi + margin
-        kinds = [n["REF_TRIANGLES"], n["REF_SPHERES"]]
-        reference = np.concatenate([np.repeat(np.array(kinds, np.uint32) << 30, [count, balls]), items.reference])
+        # Boxes are wider by the roundings of triangle_hit, which go with the largest coordinate: else a ray in the
+        # plane of a flat box, or one that meets coincident triangles, would find a hit in one tree and not in another.
+        reference = np.concatenate([np.full(balls, n["REF_SPHERES"] << 30, np.uint32), items.reference])
         nodes, order, last, root, depth = _native.make_tree(
-            lo.astype(np.float32), hi.astype(np.float32), reference.astype(np.uint32),
-            *(self.counts[kind] for kind in ("node", "triangle", "sphere")), MAX_LEAF, self.threads)
+            soup.corners, np.concatenate([centers - radii, items.lo]), np.concatenate([centers + radii, items.hi]),
+            reference, BOX_MARGIN, *(self.counts[kind] for kind in ("node", "triangle", "sphere")), MAX_LEAF,
+            self.threads)
         last = last.astype(np.uint32) * np.uint32(n["LAST_IN_LEAF"])
 
         ids = order[order < count]

@@ -44,7 +44,7 @@ class KernelBuild:
             return self.cl.Program(context, [device], [binary]).build(options=options)
         except CacheError as error:
             self.problems.append(f"an entry of the kernel cache could not be used ({error})")
-        except (self.cl.Error, RuntimeError) as error:
+        except self.cl.Error as error:
             self.cache.discard(self.key)
             self.problems.append(f"the driver refused an entry of the kernel cache ({error})")
         self.problems[-1] += "; the kernels were compiled anew, nothing is lost"

@@ -175,7 +175,7 @@ class OpenCLDevice:
         started = time.perf_counter()
         try:
             self.built = KernelBuild(self.cl, self.context, self.device, source, options, open_cache())
-        except (self.cl.Error, RuntimeError) as error:
+        except self.cl.Error as error:
             raise DeviceError(f"opencl: the kernels do not compile for {self.name}: {error}") from error
         self.warm_up()
         self.kernels_from = "cache" if self.built.from_cache else "compiler"

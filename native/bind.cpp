@@ -64,33 +64,49 @@ nb::object to_array(std::vector<T> &&values, size_t columns = 1) {
   return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), columns == 1 ? 1 : 2, shape, owner));
 }
 
+/* The bytes of records, without copying them. */
+template <typename T>
+nb::object to_bytes(std::vector<T> &&records) {
+  auto *kept = new std::vector<T>(std::move(records));
+  nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+  size_t shape[1] = {kept->size() * sizeof(T)};
+  return nb::cast(nb::ndarray<nb::numpy, uint8_t>(reinterpret_cast<uint8_t *>(kept->data()), 1, shape, owner));
+}
+
 using Floats = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Uints = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-nb::tuple make_tree(Floats lo, Floats hi, Uints reference, uint32_t node_base, uint32_t triangle_base,
-                    uint32_t sphere_base, int max_leaf, int threads) {
+using Corners = nb::ndarray<const float, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
+
+nb::tuple make_tree(Corners corners, Floats lo, Floats hi, Uints reference, float margin, uint32_t node_base,
+                    uint32_t triangle_base, uint32_t sphere_base, int max_leaf, int threads) {
   size_t n = lo.shape(0);
   if (hi.shape(0) != n || reference.shape(0) != n)
     throw std::invalid_argument("make_tree: lo, hi and reference must have the same length");
-  std::vector<BuildItem> items(n);
-  for (size_t i = 0; i < n; i++) {
-    for (int a = 0; a < 3; a++) {
-      items[i].lo[a] = lo(i, size_t(a));
-      items[i].hi[a] = hi(i, size_t(a));
-    }
-    items[i].reference = reference(i);
-    items[i].position = uint32_t(i);
-  }
+  BuildInput input{corners.data(), corners.shape(0), lo.data(), hi.data(), reference.data(), n, margin};
+  if (input.size() >> 30) throw std::invalid_argument("make_tree: a tree holds less than 2^30 items");
   Tree tree;
   {
     nb::gil_scoped_release release;
-    tree = build_tree(items, {node_base, triangle_base, sphere_base}, max_leaf, threads);
+    tree = build_tree(input, {node_base, triangle_base, sphere_base}, max_leaf, threads);
   }
-  std::vector<uint8_t> nodes(tree.nodes.size() * sizeof(Bvh2Node));
-  if (!nodes.empty()) std::memcpy(nodes.data(), tree.nodes.data(), nodes.size());
-  return nb::make_tuple(to_array(std::move(nodes)), to_array(std::move(tree.order)), to_array(std::move(tree.last)),
+  return nb::make_tuple(to_bytes(std::move(tree.nodes)), to_array(std::move(tree.order)), to_array(std::move(tree.last)),
                         tree.root, tree.depth);
+}
+
+/* Seconds of the stages of building, as in Tree. */
+std::vector<double> time_tree(Corners corners, float margin, int max_leaf, int threads) {
+  nb::gil_scoped_release release;
+  Tree tree = build_tree({corners.data(), corners.shape(0), nullptr, nullptr, nullptr, 0, margin}, {}, max_leaf, threads);
+  return {tree.seconds, tree.seconds + 3};
+}
+
+nb::dict wide_bytes(const WideTree &tree) {
+  nb::dict bytes;
+  bytes["wide_nodes"] = tree.nodes.size() * sizeof(WideNode);
+  bytes["blocks"] = tree.blocks.size() * sizeof(TriangleBlock);
+  return bytes;
 }
 
 std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
@@ -99,10 +115,11 @@ std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
   return p;
 }
 
-WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root) {
+WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root, int threads) {
   nb::gil_scoped_release release;
-  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), reinterpret_cast<const Triangle *>(triangles.data()),
-                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root);
+  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), nodes.size() / sizeof(Bvh2Node),
+                        reinterpret_cast<const Triangle *>(triangles.data()),
+                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root, threads);
 }
 
 bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
@@ -149,13 +166,13 @@ NB_MODULE(_native, m) {
 #undef X
   sizes["params"] = sizeof(Params);
   m.attr("sizes") = sizes;
-  m.def("make_tree", &make_tree, nb::arg("lo"), nb::arg("hi"), nb::arg("reference"), nb::arg("node_base"),
-        nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
-  nb::class_<WideTree>(m, "WideTree").def_prop_ro("bytes", [](const WideTree &tree) {
-    return tree.nodes.size() * sizeof(WideNode) + tree.blocks.size() * sizeof(TriangleBlock);
-  });
+  m.def("make_tree", &make_tree, nb::arg("corners"), nb::arg("lo"), nb::arg("hi"), nb::arg("reference"),
+        nb::arg("margin"), nb::arg("node_base"), nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
+  m.def("time_tree", &time_tree, nb::arg("corners"), nb::arg("margin"), nb::arg("max_leaf"), nb::arg("threads"));
+  nb::class_<WideTree>(m, "WideTree").def_prop_ro("bytes", &wide_bytes);
   m.def("batch_bytes", [](const std::string &variant) { return find_variant(variant).batch_bytes(); }, nb::arg("variant"));
-  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"));
+  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"),
+        nb::arg("threads"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
         nb::arg("sums"), nb::arg("cancelled"));
   m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),

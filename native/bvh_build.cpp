@@ -3,272 +3,372 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <limits>
+#include <memory>
+
+#include "bvh_split.h"
 
 namespace isophote {
 namespace {
 
-constexpr int BINS = 16;
 constexpr int MAX_DEPTH = 44; /* kernels/bvh.h keeps a stack of 96 for two levels */
-constexpr size_t SMALL_PART = 4096;
-constexpr int PARTS_PER_THREAD = 8;
+constexpr size_t CHUNK = 4096; /* items that one thread bins or moves at a time */
+constexpr size_t PARTS = 256;  /* about how many subtrees are shared out */
 constexpr float NODE_COST = 1.0f, ITEM_COST = 1.0f;
 
-struct Box {
-  float lo[3], hi[3];
-  Box() {
-    for (int a = 0; a < 3; a++) {
-      lo[a] = std::numeric_limits<float>::infinity();
-      hi[a] = -std::numeric_limits<float>::infinity();
-    }
-  }
-  void add(const float *l, const float *h) {
-    for (int a = 0; a < 3; a++) {
-      lo[a] = l[a] < lo[a] ? l[a] : lo[a];
-      hi[a] = h[a] > hi[a] ? h[a] : hi[a];
-    }
-  }
-  void add(const Box &b) { add(b.lo, b.hi); }
-  float half_area() const {
-    float x = hi[0] - lo[0], y = hi[1] - lo[1], z = hi[2] - lo[2];
-    return x < 0.0f ? 0.0f : x * y + y * z + z * x;
-  }
-};
-
-struct TempNode {
-  Box box;
-  uint32_t child[2]; /* of inner nodes */
-  uint32_t first, count; /* items; count 0: inner */
-};
-
-/* Halved before adding, so that boxes at the edge of float's range do not overflow. */
-float center(const BuildItem &i, int axis) { return 0.5f * i.lo[axis] + 0.5f * i.hi[axis]; }
-
-struct Split {
-  float cost = std::numeric_limits<float>::infinity();
-  int axis = -1, bin = 0;
-};
-
-struct Binning {
-  float low, scale;
-  int operator()(const BuildItem &i, int axis) const {
-    return std::clamp(int((center(i, axis) - low) * scale), 0, BINS - 1);
-  }
-};
-
-Binning make_binning(const Box &centers, int axis) {
-  float extent = centers.hi[axis] - centers.lo[axis];
-  return {centers.lo[axis], extent > 0.0f ? float(BINS) * (1.0f - 1e-6f) / extent : 0.0f};
-}
-
-Split best_split(const BuildItem *items, size_t n, const Box &centers) {
-  Box boxes[3][BINS];
-  uint32_t counts[3][BINS] = {};
-  Binning binning[3] = {make_binning(centers, 0), make_binning(centers, 1), make_binning(centers, 2)};
-  for (size_t i = 0; i < n; i++)
-    for (int axis = 0; axis < 3; axis++) {
-      int bin = binning[axis](items[i], axis);
-      boxes[axis][bin].add(items[i].lo, items[i].hi);
-      counts[axis][bin]++;
-    }
-  Split best;
-  for (int axis = 0; axis < 3; axis++) {
-    if (binning[axis].scale == 0.0f) continue;
-    float right_cost[BINS];
-    Box right;
-    uint32_t right_count = 0;
-    for (int b = BINS - 1; b > 0; b--) {
-      right.add(boxes[axis][b]);
-      right_count += counts[axis][b];
-      right_cost[b] = right.half_area() * float(right_count);
-    }
-    Box left;
-    uint32_t left_count = 0;
-    for (int b = 1; b < BINS; b++) {
-      left.add(boxes[axis][b - 1]);
-      left_count += counts[axis][b - 1];
-      float cost = left.half_area() * float(left_count) + right_cost[b];
-      if (left_count > 0 && left_count < n && cost < best.cost) best = {cost, axis, b};
-    }
-  }
-  return best;
-}
-
-/* Items [first, end) that a node is to be made of. */
+/* Items [first, end) that a subtree is to be made of, and the bounds of their boxes and centers. They lie
+ * in one of two arrays, between which they go to and fro as parts are split. */
 struct Part {
-  uint32_t node;
   size_t first, end;
-  int depth;
+  int depth, array;
+  Box box, centers;
   size_t size() const { return end - first; }
+};
+
+void set_child(Bvh2Node &node, int k, uint32_t ref, Box box) {
+  node.child[k] = ref;
+  node.lo_x[k] = box[0];
+  node.lo_y[k] = box[1];
+  node.lo_z[k] = box[2];
+  node.hi_x[k] = -box[4];
+  node.hi_y[k] = -box[5];
+  node.hi_z[k] = -box[6];
+}
+
+struct Subtree {
+  std::vector<Bvh2Node> nodes; /* depth first; REF_NODE counts from 0 */
+  uint32_t root = NONE;
+  int depth = 0;
 };
 
 class Builder {
  public:
-  Builder(std::vector<BuildItem> &items, int max_leaf)
-      : items_(items), max_leaf_(uint32_t(max_leaf)), nodes_(2 * items.size()) {}
+  Builder(const BuildInput &input, TreeBase base, int max_leaf, int threads)
+      : input_(input), base_(base), max_leaf_(size_t(max_leaf)), threads_(threads), n_(input.size()),
+        large_(std::max(4 * CHUNK, n_ / PARTS)) {
+    for (auto &array : items_) array = std::make_unique_for_overwrite<Item[]>(n_);
+  }
 
-  /* The largest parts are split one after the other until there are enough of them to share out; no OpenMP
-   * tasks, because libomp 19 loses track of their memory when the threads that called it come and go. */
-  void build(int threads) {
-    used_ = 1;
-    std::vector<Part> parts{{0, 0, items_.size(), 0}};
-    auto smaller = [](const Part &a, const Part &b) { return a.size() < b.size(); };
-    while (!parts.empty() && parts.size() < size_t(PARTS_PER_THREAD * threads) && parts.front().size() > SMALL_PART) {
-      std::pop_heap(parts.begin(), parts.end(), smaller);
-      Part part = parts.back(), halves[2];
-      parts.pop_back();
-      if (!split(part, halves)) continue;
-      for (const Part &half : halves) {
-        parts.push_back(half);
-        std::push_heap(parts.begin(), parts.end(), smaller);
+  Tree build() {
+    double started = omp_get_wtime();
+    tree_.order.resize(n_);
+    tree_.last.resize(n_);
+    Part whole = make_items();
+    double made = omp_get_wtime();
+    std::vector<Bins> bins;
+    split_large(whole, bins);
+#pragma omp parallel num_threads(threads_)
+    {
+      Bins own;
+#pragma omp for schedule(dynamic, 1)
+      for (size_t i = 0; i < parts_.size(); i++) {
+        subtrees_[i].nodes.reserve(parts_[i].size());
+        subtrees_[i].root = subdivide(parts_[i], subtrees_[i], own);
       }
     }
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
-    for (size_t i = 0; i < parts.size(); i++) subdivide(parts[i]);
+    for (auto &array : items_) array.reset();
+    double split = omp_get_wtime();
+    join();
+    double seconds[3] = {made - started, split - made, omp_get_wtime() - split};
+    std::copy(seconds, seconds + 3, tree_.seconds);
+    return std::move(tree_);
   }
-
-  const std::vector<TempNode> &nodes() const { return nodes_; }
 
  private:
-  bool may_be_leaf(size_t first, size_t end) const {
-    uint32_t kind = items_[first].kind();
-    if (end - first > max_leaf_ || (kind == REF_INSTANCE && end - first > 1)) return false;
-    for (size_t i = first + 1; i < end; i++)
-      if (items_[i].kind() != kind) return false;
-    return true;
-  }
+  /* An inner node above the subtrees that are shared out; at the end of a path, the subtree's number. */
+  struct TopNode {
+    Box box;
+    uint32_t left, right, part;
+  };
 
-  /* Where to cut when no split by bins exists or the tree has become too deep. */
-  size_t split_by_median(size_t first, size_t end, const Box &centers) {
-    int axis = 0;
-    for (int a = 1; a < 3; a++)
-      if (centers.hi[a] - centers.lo[a] > centers.hi[axis] - centers.lo[axis]) axis = a;
-    size_t middle = first + (end - first) / 2;
-    std::nth_element(items_.begin() + long(first), items_.begin() + long(middle), items_.begin() + long(end),
-                     [axis](const BuildItem &a, const BuildItem &b) {
-                       float ca = center(a, axis), cb = center(b, axis);
-                       return ca != cb ? ca < cb : a.kind() != b.kind() ? a.kind() < b.kind() : a.position < b.position;
-                     });
-    return middle;
-  }
+  size_t chunks(size_t n) const { return n > large_ ? (n + CHUNK - 1) / CHUNK : 1; }
 
-  void subdivide(const Part &part) {
-    Part halves[2];
-    if (!split(part, halves)) return;
-    subdivide(halves[0]);
-    subdivide(halves[1]);
-  }
-
-  /* Makes the part's node a leaf, or an inner node with two halves that are still to be done. */
-  bool split(const Part &part, Part *halves) {
-    TempNode &node = nodes_[part.node];
-    size_t first = part.first, end = part.end, n = part.size();
-    Box centers;
-    for (size_t i = first; i < end; i++) {
-      node.box.add(items_[i].lo, items_[i].hi);
-      float c[3] = {center(items_[i], 0), center(items_[i], 1), center(items_[i], 2)};
-      centers.add(c, c);
-    }
-    bool deep = MAX_DEPTH - part.depth <= 2 + int(std::ceil(std::log2(double(n) + 1.0)));
-    Split best;
-    if (n > 1 && !deep) best = best_split(&items_[first], n, centers);
-    float area = node.box.half_area();
-    bool worth = best.axis >= 0 && NODE_COST * area + ITEM_COST * best.cost < ITEM_COST * area * float(n);
-    if (may_be_leaf(first, end) && (n == 1 || !worth)) {
-      node.first = uint32_t(first);
-      node.count = uint32_t(n);
-      return false;
-    }
-    size_t middle;
-    if (best.axis >= 0) {
-      Binning binning = make_binning(centers, best.axis);
-      auto cut = std::partition(items_.begin() + long(first), items_.begin() + long(end),
-                                [&](const BuildItem &i) { return binning(i, best.axis) < best.bin; });
-      middle = size_t(cut - items_.begin());
+  Item make_item_of(size_t i) const {
+    Box box{};
+    if (i < input_.triangles) {
+      const float *c = input_.corners + 9 * i;
+      for (int a = 0; a < 3; a++) {
+        box[a] = std::min({c[a], c[3 + a], c[6 + a]});
+        box[4 + a] = -std::max({c[a], c[3 + a], c[6 + a]});
+      }
     } else {
-      middle = split_by_median(first, end, centers);
+      for (int a = 0; a < 3; a++) {
+        box[a] = input_.lo[3 * (i - input_.triangles) + size_t(a)];
+        box[4 + a] = -input_.hi[3 * (i - input_.triangles) + size_t(a)];
+      }
     }
-    node.count = 0;
-    uint32_t left = used_.fetch_add(2);
-    node.child[0] = left;
-    node.child[1] = left + 1;
-    halves[0] = {left, first, middle, part.depth + 1};
-    halves[1] = {left + 1, middle, end, part.depth + 1};
+    float largest = 0.0f;
+    for (int a = 0; a < 3; a++) largest = std::max({largest, fabs(box[a]), fabs(box[4 + a])});
+    return make_item(box - largest * input_.margin, uint32_t(i), input_.reference_of(i));
+  }
+
+  Part make_items() {
+    std::vector<Box> boxes(n_ / CHUNK + 1, no_box()), centers(boxes);
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (size_t chunk = 0; chunk < boxes.size(); chunk++)
+      for (size_t i = chunk * CHUNK; i < std::min(n_, (chunk + 1) * CHUNK); i++) {
+        Item item = items_[0][i] = make_item_of(i);
+        Float4 center = half_center(item);
+        boxes[chunk] = unite(boxes[chunk], item);
+        centers[chunk] = unite(centers[chunk], twice(center, -center));
+      }
+    Part whole{0, n_, 1, 0, no_box(), no_box()};
+    for (Box b : boxes) whole.box = unite(whole.box, b);
+    for (Box b : centers) whole.centers = unite(whole.centers, b);
+    return whole;
+  }
+
+  /* Splits what is large with all threads; no OpenMP tasks, because libomp 19 loses track of their memory
+   * when the threads that called it come and go. Returns the number of the part's node in top_. */
+  uint32_t split_large(const Part &part, std::vector<Bins> &bins) {
+    uint32_t at = uint32_t(top_.size());
+    top_.push_back({part.box, NONE, NONE, uint32_t(parts_.size())});
+    Part halves[2];
+    if (bins.size() < 1 + chunks(part.size())) bins.resize(1 + chunks(part.size()));
+    if (part.size() <= large_ || !split(part, bins.data(), halves)) {
+      parts_.push_back(part);
+      subtrees_.emplace_back();
+      return at;
+    }
+    uint32_t left = split_large(halves[0], bins), right = split_large(halves[1], bins);
+    top_[at].left = left;
+    top_[at].right = right;
+    return at;
+  }
+
+  /* Returns the reference to the part's root. */
+  uint32_t subdivide(const Part &part, Subtree &tree, Bins &bins) {
+    Part halves[2];
+    tree.depth = std::max(tree.depth, part.depth);
+    if (part.size() <= SMALLEST) return subdivide_smallest(part, tree);
+    if (!split(part, &bins, halves)) return place_leaf(part);
+    uint32_t at = uint32_t(tree.nodes.size());
+    tree.nodes.emplace_back();
+    for (int k = 0; k < 2; k++) {
+      uint32_t ref = subdivide(halves[k], tree, bins);
+      set_child(tree.nodes[at], k, ref, halves[k].box);
+    }
+    return at; /* REF_NODE is 0 */
+  }
+
+  uint32_t subdivide_smallest(const Part &part, Subtree &tree) {
+    const Item *items = &items_[part.array][part.first];
+    Subsets sets;
+    uint32_t may_be_leaf = 0;
+    for (uint32_t set = 1; set < 1u << part.size(); set++) {
+      uint32_t kinds = 0, count = uint32_t(std::popcount(set));
+      for (uint32_t rest = set; rest; rest &= rest - 1) kinds |= 1u << REF_KIND(reference(items[std::countr_zero(rest)]));
+      bool fits = count == 1 || (count <= max_leaf_ && std::has_single_bit(kinds) && kinds != 1u << REF_INSTANCE);
+      may_be_leaf |= uint32_t(fits) << set;
+    }
+    sets.solve(items, part.size(), may_be_leaf, NODE_COST, ITEM_COST);
+    size_t used = part.first;
+    return place_subset(items, sets, (1u << part.size()) - 1, part.depth, used, tree);
+  }
+
+  uint32_t place_subset(const Item *items, const Subsets &sets, uint32_t set, int depth, size_t &used, Subtree &tree) {
+    tree.depth = std::max(tree.depth, depth);
+    if (!sets.left[set]) {
+      size_t first = used;
+      for (uint32_t rest = set; rest; rest &= rest - 1) {
+        tree_.order[used] = position(items[std::countr_zero(rest)]);
+        tree_.last[used++] = !(rest & (rest - 1));
+      }
+      uint32_t ref = reference(items[std::countr_zero(set)]);
+      return REF_KIND(ref) == REF_INSTANCE ? ref : REF_KIND(ref) << 30 | uint32_t(first);
+    }
+    uint32_t at = uint32_t(tree.nodes.size());
+    tree.nodes.emplace_back();
+    uint32_t halves[2] = {sets.left[set], set ^ sets.left[set]};
+    for (int k = 0; k < 2; k++) {
+      uint32_t ref = place_subset(items, sets, halves[k], depth + 1, used, tree);
+      set_child(tree.nodes[at], k, ref, sets.box[halves[k]]);
+    }
+    return at;
+  }
+
+  bool may_be_leaf(const Part &part) const {
+    const Item *items = &items_[part.array][part.first];
+    uint32_t kind = REF_KIND(reference(items[0]));
+    if (part.size() > max_leaf_ || (kind == REF_INSTANCE && part.size() > 1)) return false;
+    for (size_t i = 1; i < part.size(); i++)
+      if (REF_KIND(reference(items[i])) != kind) return false;
     return true;
   }
 
-  std::vector<BuildItem> &items_;
-  uint32_t max_leaf_;
-  std::vector<TempNode> nodes_;
-  std::atomic<uint32_t> used_{0};
-};
-
-/* Lays the nodes out depth first; numbers follow from the shape of the tree alone. */
-class Flattener {
- public:
-  Flattener(const std::vector<TempNode> &from, const std::vector<BuildItem> &items, TreeBase base, Tree &tree)
-      : from_(from), items_(items), base_(base), tree_(tree) {}
-
-  uint32_t place(uint32_t index, int depth) {
-    tree_.depth = std::max(tree_.depth, depth);
-    const TempNode &node = from_[index];
-    if (node.count) return place_leaf(node);
-    uint32_t at = uint32_t(tree_.nodes.size());
-    tree_.nodes.emplace_back();
-    uint32_t refs[2] = {place(node.child[0], depth + 1), place(node.child[1], depth + 1)};
-    Bvh2Node &out = tree_.nodes[at];
-    for (int k = 0; k < 2; k++) {
-      const Box &b = from_[node.child[k]].box;
-      out.lo_x[k] = b.lo[0];
-      out.lo_y[k] = b.lo[1];
-      out.lo_z[k] = b.lo[2];
-      out.hi_x[k] = b.hi[0];
-      out.hi_y[k] = b.hi[1];
-      out.hi_z[k] = b.hi[2];
-      out.child[k] = refs[k];
-      out.unused[k] = 0;
+  /* False where the part shall be a leaf, else its halves. */
+  bool split(const Part &part, Bins *bins, Part *halves) {
+    size_t n = part.size();
+    bool leaf = may_be_leaf(part);
+    if (leaf && n == 1) return false;
+    bool deep = MAX_DEPTH - part.depth < 2 + int(std::bit_width(n));
+    Binning binning(part.centers);
+    Split best;
+    if (!deep) {
+      bin(part, binning, bins);
+      best = best_split(bins[0]);
     }
-    return base_.node + at; /* REF_NODE is 0 */
+    float area = half_area(part.box);
+    if (leaf && (best.axis < 0 || NODE_COST * area + ITEM_COST * best.cost >= ITEM_COST * area * float(n))) return false;
+    if (best.axis < 0)
+      split_by_median(part, halves);
+    else
+      split_by_bins(part, binning, best, bins, halves);
+    return true;
   }
 
- private:
-  uint32_t place_leaf(const TempNode &node) {
-    uint32_t kind = items_[node.first].kind(), ref = items_[node.first].reference;
-    if (kind != REF_INSTANCE) {
-      uint32_t &placed = kind == REF_TRIANGLES ? triangles_ : spheres_;
-      ref = kind << 30 | (placed + (kind == REF_TRIANGLES ? base_.triangle : base_.sphere));
-      placed += node.count;
+  /* bins[0] becomes the sum; bins[1] and following keep what each chunk has. */
+  void bin(const Part &part, const Binning &binning, Bins *bins) {
+    const Item *items = &items_[part.array][part.first];
+    size_t count = chunks(part.size());
+    if (count == 1) {
+      bins[0].clear();
+      bins[0].add(items, part.size(), binning);
+      return;
     }
-    for (uint32_t i = 0; i < node.count; i++) {
-      tree_.order.push_back(items_[node.first + i].position);
-      tree_.last.push_back(i + 1 == node.count);
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (size_t chunk = 0; chunk < count; chunk++) {
+      bins[1 + chunk].clear();
+      bins[1 + chunk].add(items + chunk * CHUNK, std::min(CHUNK, part.size() - chunk * CHUNK), binning);
     }
-    return ref;
+    bins[0].clear();
+    for (size_t chunk = 0; chunk < count; chunk++) bins[0].add(bins[1 + chunk]);
   }
 
-  const std::vector<TempNode> &from_;
-  const std::vector<BuildItem> &items_;
+  void split_by_bins(const Part &part, const Binning &binning, const Split &split, const Bins *bins, Part *halves) {
+    size_t middle = part.first + bins[0].count_below(split.axis, split.bin), count = chunks(part.size());
+    const Item *from = &items_[part.array][part.first];
+    Item *to = items_[1 - part.array].get();
+    halves[0] = {part.first, middle, part.depth + 1, 1 - part.array, bins[0].box_of(split.axis, 0, split.bin), no_box()};
+    halves[1] = {middle, part.end, part.depth + 1, 1 - part.array, bins[0].box_of(split.axis, split.bin, BINS), no_box()};
+    Box centers[2] = {no_box(), no_box()};
+    if (count == 1) {
+      partition(from, part.size(), binning, split, to + part.first, to + middle, centers);
+    } else {
+      std::vector<size_t> left(count + 1, 0);
+      for (size_t chunk = 0; chunk < count; chunk++)
+        left[chunk + 1] = left[chunk] + bins[1 + chunk].count_below(split.axis, split.bin);
+      std::vector<Box> all(2 * count, no_box());
+#pragma omp parallel for num_threads(threads_) schedule(static)
+      for (size_t chunk = 0; chunk < count; chunk++)
+        partition(from + chunk * CHUNK, std::min(CHUNK, part.size() - chunk * CHUNK), binning, split,
+                  to + part.first + left[chunk], to + middle + chunk * CHUNK - left[chunk], &all[2 * chunk]);
+      for (size_t k = 0; k < all.size(); k++) centers[k & 1] = unite(centers[k & 1], all[k]);
+    }
+    for (int k = 0; k < 2; k++) halves[k].centers = centers[k];
+  }
+
+  /* Where no split by bins separates anything or the tree has become too deep. */
+  void split_by_median(const Part &part, Part *halves) {
+    Item *items = items_[part.array].get();
+    Float4 e = extent(part.centers);
+    int axis = e[1] > e[0] ? 1 : 0;
+    if (e[2] > e[axis]) axis = 2;
+    size_t middle = part.first + part.size() / 2;
+    std::nth_element(items + part.first, items + middle, items + part.end, [axis](const Item &a, const Item &b) {
+      float ca = half_center(a)[axis], cb = half_center(b)[axis];
+      uint32_t ka = REF_KIND(reference(a)), kb = REF_KIND(reference(b));
+      return ca != cb ? ca < cb : ka != kb ? ka < kb : position(a) < position(b);
+    });
+    halves[0] = bounded(items, part.first, middle, part);
+    halves[1] = bounded(items, middle, part.end, part);
+  }
+
+  static Part bounded(const Item *items, size_t first, size_t end, const Part &parent) {
+    Part part{first, end, parent.depth + 1, parent.array, no_box(), no_box()};
+    for (size_t i = first; i < end; i++) {
+      Float4 center = half_center(items[i]);
+      part.box = unite(part.box, items[i]);
+      part.centers = unite(part.centers, twice(center, -center));
+    }
+    return part;
+  }
+
+  /* Items of a leaf are numbered by their place in the order of all, until the whole tree is there. */
+  uint32_t place_leaf(const Part &part) {
+    const Item *items = &items_[part.array][part.first];
+    for (size_t i = 0; i < part.size(); i++) {
+      tree_.order[part.first + i] = position(items[i]);
+      tree_.last[part.first + i] = i + 1 == part.size();
+    }
+    uint32_t ref = reference(items[0]);
+    return REF_KIND(ref) == REF_INSTANCE ? ref : REF_KIND(ref) << 30 | uint32_t(part.first);
+  }
+
+  /* Lays the subtrees and the nodes above them out depth first. */
+  void join() {
+    std::vector<uint32_t> places(parts_.size()), numbers = number_in_kind();
+    uint32_t used = 0;
+    tree_.nodes.resize(count_nodes());
+    tree_.root = place(0, used, places, numbers);
+    tree_.depth = 0;
+    for (const Subtree &s : subtrees_) tree_.depth = std::max(tree_.depth, s.depth);
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+    for (size_t i = 0; i < subtrees_.size(); i++) {
+      Bvh2Node *to = tree_.nodes.data() + places[i];
+      for (const Bvh2Node &node : subtrees_[i].nodes) {
+        *to = node;
+        for (uint32_t &child : to->child) child = final_reference(child, places[i], numbers);
+        to++;
+      }
+      subtrees_[i].nodes = {};
+    }
+  }
+
+  size_t count_nodes() const {
+    size_t count = subtrees_.size() - 1;
+    for (const Subtree &s : subtrees_) count += s.nodes.size();
+    return count;
+  }
+
+  uint32_t place(uint32_t at, uint32_t &used, std::vector<uint32_t> &places, const std::vector<uint32_t> &numbers) {
+    const TopNode &node = top_[at];
+    if (node.left == NONE) {
+      places[node.part] = used;
+      used += uint32_t(subtrees_[node.part].nodes.size());
+      return final_reference(subtrees_[node.part].root, places[node.part], numbers);
+    }
+    uint32_t placed = used++;
+    set_child(tree_.nodes[placed], 0, place(node.left, used, places, numbers), top_[node.left].box);
+    set_child(tree_.nodes[placed], 1, place(node.right, used, places, numbers), top_[node.right].box);
+    return base_.node + placed;
+  }
+
+  uint32_t final_reference(uint32_t ref, uint32_t place, const std::vector<uint32_t> &numbers) const {
+    switch (REF_KIND(ref)) {
+      case REF_NODE: return base_.node + place + ref;
+      case REF_INSTANCE: return ref;
+    }
+    uint32_t first = REF_INDEX(ref);
+    return REF_KIND(ref) << 30 | ((REF_KIND(ref) == REF_TRIANGLES ? base_.triangle : base_.sphere) +
+                                  (numbers.empty() ? first : numbers[first]));
+  }
+
+  /* How many items of its kind come before each in the order; nothing where there are only triangles. */
+  std::vector<uint32_t> number_in_kind() const {
+    std::vector<uint32_t> numbers(input_.others ? n_ : 0);
+    uint32_t counts[4] = {};
+    for (size_t i = 0; i < numbers.size(); i++) numbers[i] = counts[REF_KIND(input_.reference_of(tree_.order[i]))]++;
+    return numbers;
+  }
+
+  BuildInput input_;
   TreeBase base_;
-  Tree &tree_;
-  uint32_t triangles_ = 0, spheres_ = 0;
+  size_t max_leaf_;
+  int threads_;
+  size_t n_, large_;
+  std::unique_ptr<Item[]> items_[2];
+  std::vector<TopNode> top_;
+  std::vector<Part> parts_;
+  std::vector<Subtree> subtrees_;
+  Tree tree_;
 };
 
 }  // namespace
 
-Tree build_tree(std::vector<BuildItem> &items, TreeBase base, int max_leaf, int threads) {
-  Tree tree;
-  tree.root = NONE;
-  tree.depth = 0;
-  if (items.empty()) return tree;
-  Builder builder(items, max_leaf);
-  builder.build(threads);
-  tree.order.reserve(items.size());
-  tree.last.reserve(items.size());
-  tree.nodes.reserve(items.size());
-  tree.root = Flattener(builder.nodes(), items, base, tree).place(0, 1);
-  return tree;
+Tree build_tree(const BuildInput &input, TreeBase base, int max_leaf, int threads) {
+  if (input.size() == 0) return {{}, {}, {}, NONE, 0, {}};
+  return Builder(input, base, max_leaf, threads).build();
 }
 
 }  // namespace isophote

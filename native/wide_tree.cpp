@@ -1,17 +1,21 @@
 #include "wide_tree.h"
 
+#include <omp.h>
+
 #include <algorithm>
+#include <array>
 #include <limits>
-#include <unordered_map>
+#include <memory>
 
 namespace isophote {
 namespace {
 
+constexpr float NODE_COST = 1.0f, BLOCK_COST = 0.6f; /* of testing eight boxes, and four triangles */
+constexpr uint32_t MAX_LEAF = 2 * BLOCK;             /* triangles */
+constexpr uint32_t SMALL = 4096;                     /* nodes of the BVH2 that one thread takes at a time */
 constexpr uint32_t SEVERAL = 0xffffffffu;
 
-/* A child to be placed: its reference in the BVH2 and its box. */
-struct Child {
-  uint32_t ref;
+struct ChildBox {
   float lo[3], hi[3];
   float half_area() const {
     float x = hi[0] - lo[0], y = hi[1] - lo[1], z = hi[2] - lo[2];
@@ -19,88 +23,239 @@ struct Child {
   }
 };
 
-Child child_of(const Bvh2Node &n, int k) {
-  return {n.child[k], {n.lo_x[k], n.lo_y[k], n.lo_z[k]}, {n.hi_x[k], n.hi_y[k], n.hi_z[k]}};
+ChildBox box_of(const Bvh2Node &n, int k) {
+  return {{n.lo_x[k], n.lo_y[k], n.lo_z[k]}, {n.hi_x[k], n.hi_y[k], n.hi_z[k]}};
 }
+
+/* How the subtree below a node of the BVH2 is laid out best. */
+struct Choice {
+  float cost[WIDTH - 1]; /* as at most 1 + i children of a wide node */
+  uint8_t left[WIDTH];   /* children of 1 + i that the left half gets, 0: one child less is as good; [0]: is a leaf */
+  uint32_t first, count; /* triangles below; SEVERAL where there are too many for a leaf, or other things */
+};
+
+struct Size {
+  uint32_t nodes, blocks;
+};
+
+/* Nodes [first, end) of the BVH2: a node and all below it. */
+struct Range {
+  uint32_t first, end;
+};
+
+/* A part of the wide tree that one thread fills in, and where. */
+struct Part {
+  uint32_t ref;
+  Size at, size;
+};
+
+/* Children of a wide node. */
+struct Opened {
+  int count = 0;
+  std::array<ChildBox, WIDTH> boxes;
+  std::array<uint32_t, WIDTH> refs;
+};
 
 class Collapser {
  public:
-  Collapser(const Bvh2Node *nodes, const Triangle *triangles, WideTree &tree)
-      : nodes_(nodes), triangles_(triangles), tree_(tree) {}
+  Collapser(const Bvh2Node *nodes, size_t node_count, const Triangle *triangles, int threads)
+      : nodes_(nodes), node_count_(uint32_t(node_count)), triangles_(triangles), threads_(threads),
+        choices_(std::make_unique_for_overwrite<Choice[]>(node_count)) {}
 
-  uint32_t place(uint32_t ref) {
-    uint32_t first = 0, count = triangles_below(ref, first);
-    if (REF_KIND(ref) == REF_TRIANGLES || count <= BLOCK) return place_blocks(first, count);
-    if (REF_KIND(ref) != REF_NODE) return ref;
-    Child open[WIDTH];
-    int n = gather(ref, open);
-    uint32_t at = uint32_t(tree_.nodes.size());
-    tree_.nodes.emplace_back();
-    for (int k = 0; k < WIDTH; k++) {
-      uint32_t below = k < n ? place(open[k].ref) : NONE;
-      WideNode &node = tree_.nodes[at]; /* may have moved */
-      for (int axis = 0; axis < 3; axis++) {
-        node.bounds[2 * axis][k] = k < n ? open[k].lo[axis] : std::numeric_limits<float>::infinity();
-        node.bounds[2 * axis + 1][k] = k < n ? open[k].hi[axis] : -std::numeric_limits<float>::infinity();
-      }
-      node.child[k] = below;
-    }
-    return at;
+  /* Returns the references to the wide roots. */
+  std::vector<uint32_t> collapse(const std::vector<uint32_t> &roots, WideTree &tree) {
+    choose_all(roots);
+    for (uint32_t root : roots) find_parts(root);
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+    for (size_t i = 0; i < parts_.size(); i++) parts_[i].size = measure(parts_[i].ref);
+    Size total{above_, 0};
+    for (const Part &part : parts_) total = {total.nodes + part.size.nodes, total.blocks + part.size.blocks};
+    tree.nodes.resize(total.nodes);
+    tree.blocks.resize(total.blocks);
+    std::vector<uint32_t> placed;
+    Size used{};
+    size_t part = 0;
+    for (uint32_t root : roots) placed.push_back(place_above(root, used, part, tree));
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+    for (size_t i = 0; i < parts_.size(); i++) place(parts_[i].ref, parts_[i].at, tree);
+    return placed;
   }
 
  private:
-  /* Number of triangles below a reference, SEVERAL where there are more than a block holds or other
-   * things among them; first is that of the lowest number. */
-  uint32_t triangles_below(uint32_t ref, uint32_t &first) const {
-    if (REF_KIND(ref) == REF_TRIANGLES) {
-      first = REF_INDEX(ref);
-      uint32_t last = first;
-      while (!(triangles_[last].slot & LAST_IN_LEAF)) last++;
-      return last - first + 1;
+  /* ------------------------------------------------------------ choosing */
+
+  void choose_all(const std::vector<uint32_t> &roots) {
+    std::vector<uint32_t> starts;
+    for (uint32_t root : roots)
+      if (REF_KIND(root) == REF_NODE) starts.push_back(root);
+    std::sort(starts.begin(), starts.end());
+    for (size_t i = 0; i < starts.size(); i++) cut({starts[i], i + 1 < starts.size() ? starts[i + 1] : node_count_});
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+    for (size_t i = 0; i < ranges_.size(); i++)
+      for (uint32_t at = ranges_[i].end; at-- > ranges_[i].first;) choose(at);
+    for (size_t i = top_.size(); i-- > 0;) choose(top_[i]);
+  }
+
+  /* Cuts a tree into small ranges and the nodes above them. */
+  void cut(Range range) {
+    if (range.end - range.first <= SMALL) return ranges_.push_back(range);
+    top_.push_back(range.first);
+    const uint32_t *child = nodes_[range.first].child;
+    if (REF_KIND(child[0]) == REF_NODE) cut({child[0], REF_KIND(child[1]) == REF_NODE ? child[1] : range.end});
+    if (REF_KIND(child[1]) == REF_NODE) cut({child[1], range.end});
+  }
+
+  Choice choice_of(const Bvh2Node &n, int k) const {
+    uint32_t ref = n.child[k];
+    if (REF_KIND(ref) == REF_NODE) return choices_[ref];
+    Choice c;
+    c.first = 0;
+    c.count = REF_KIND(ref) == REF_TRIANGLES ? count_run(ref) : SEVERAL;
+    if (c.count != SEVERAL) c.first = REF_INDEX(ref);
+    for (float &cost : c.cost) cost = box_of(n, k).half_area() * leaf_cost(c.count);
+    return c;
+  }
+
+  void choose(uint32_t at) {
+    const Bvh2Node &n = nodes_[at];
+    Choice l = choice_of(n, 0), r = choice_of(n, 1);
+    Choice &c = choices_[at];
+    ChildBox box = box_of(n, 0), other = box_of(n, 1);
+    for (int axis = 0; axis < 3; axis++) {
+      box.lo[axis] = std::min(box.lo[axis], other.lo[axis]);
+      box.hi[axis] = std::max(box.hi[axis], other.hi[axis]);
     }
-    if (REF_KIND(ref) != REF_NODE) return SEVERAL;
-    uint32_t left_first = 0, right_first = 0;
-    uint32_t left = triangles_below_shallow(nodes_[ref].child[0], left_first);
-    uint32_t right = triangles_below_shallow(nodes_[ref].child[1], right_first);
-    if (left == SEVERAL || right == SEVERAL || left + right > BLOCK) return SEVERAL;
-    first = std::min(left_first, right_first);
-    return left + right;
-  }
-
-  /* The same for a child: four triangles make a tree of at most three inner nodes. */
-  uint32_t triangles_below_shallow(uint32_t ref, uint32_t &first) const {
-    if (REF_KIND(ref) != REF_NODE) return triangles_below(ref, first);
-    for (uint32_t child : nodes_[ref].child)
-      if (REF_KIND(child) == REF_NODE) {
-        for (uint32_t grandchild : nodes_[child].child)
-          if (REF_KIND(grandchild) == REF_NODE) return SEVERAL;
+    float spread[WIDTH]; /* as exactly 1 + i children */
+    for (int i = 1; i < WIDTH; i++) {
+      spread[i] = std::numeric_limits<float>::infinity();
+      c.left[i] = 1;
+      for (int k = 0; k < i; k++) {
+        float cost = l.cost[k] + r.cost[i - 1 - k];
+        if (cost < spread[i]) {
+          spread[i] = cost;
+          c.left[i] = uint8_t(k + 1);
+        }
       }
-    return triangles_below(ref, first);
-  }
-
-  int gather(uint32_t ref, Child *open) const {
-    open[0] = child_of(nodes_[ref], 0);
-    open[1] = child_of(nodes_[ref], 1);
-    int n = 2;
-    while (n < WIDTH) {
-      int widest = -1;
-      for (int k = 0; k < n; k++) {
-        uint32_t first;
-        if (REF_KIND(open[k].ref) != REF_NODE || triangles_below(open[k].ref, first) <= BLOCK) continue;
-        if (widest < 0 || open[k].half_area() > open[widest].half_area()) widest = k;
-      }
-      if (widest < 0) break;
-      const Bvh2Node &node = nodes_[open[widest].ref];
-      open[widest] = child_of(node, 0);
-      open[n++] = child_of(node, 1);
     }
-    return n;
+    float area = box.half_area();
+    bool fits = l.count != SEVERAL && r.count != SEVERAL && l.count + r.count <= MAX_LEAF;
+    c.first = l.first; /* of the lower half, because the BVH2 lies depth first */
+    c.count = fits ? l.count + r.count : SEVERAL;
+    c.cost[0] = area * NODE_COST + spread[WIDTH - 1];
+    c.left[0] = fits && area * leaf_cost(c.count) <= c.cost[0];
+    if (c.left[0]) c.cost[0] = area * leaf_cost(c.count);
+    for (int i = 1; i < WIDTH - 1; i++) {
+      c.cost[i] = std::min(spread[i], c.cost[i - 1]);
+      if (c.cost[i - 1] <= spread[i]) c.left[i] = 0;
+    }
   }
 
-  uint32_t place_blocks(uint32_t first, uint32_t count) {
-    uint32_t at = uint32_t(tree_.blocks.size());
+  static uint32_t blocks_of(uint32_t count) { return (count + BLOCK - 1) / BLOCK; }
+  static float leaf_cost(uint32_t count) { return BLOCK_COST * (count == SEVERAL ? 1.0f : float(blocks_of(count))); }
+
+  uint32_t count_run(uint32_t ref) const {
+    uint32_t last = REF_INDEX(ref);
+    while (!(triangles_[last].slot & LAST_IN_LEAF)) last++;
+    return last - REF_INDEX(ref) + 1;
+  }
+
+  /* ------------------------------------------------------------- placing */
+
+  bool is_leaf(uint32_t ref) const { return REF_KIND(ref) != REF_NODE || choices_[ref].left[0]; }
+
+  Opened open(uint32_t ref) const {
+    Opened opened;
+    open(ref, WIDTH, opened);
+    return opened;
+  }
+
+  void open(uint32_t ref, int share, Opened &opened) const {
+    int left = choices_[ref].left[share - 1];
+    for (int k = 0; k < 2; k++) {
+      uint32_t below = nodes_[ref].child[k];
+      int own = REF_KIND(below) != REF_NODE ? 1 : k ? share - left : left;
+      while (own > 1 && !choices_[below].left[own - 1]) own--;
+      if (own > 1) {
+        open(below, own, opened);
+      } else {
+        opened.boxes[size_t(opened.count)] = box_of(nodes_[ref], k);
+        opened.refs[size_t(opened.count++)] = below;
+      }
+    }
+  }
+
+  bool is_above(uint32_t ref) const { return !is_leaf(ref) && std::binary_search(top_.begin(), top_.end(), ref); }
+
+  /* The parts below a reference, depth first; counts the nodes above them. */
+  void find_parts(uint32_t ref) {
+    if (!is_above(ref)) return parts_.push_back({ref, {}, {}});
+    above_++;
+    Opened opened = open(ref);
+    for (int k = 0; k < opened.count; k++) find_parts(opened.refs[size_t(k)]);
+  }
+
+  Size measure(uint32_t ref) const {
+    if (REF_KIND(ref) == REF_TRIANGLES) return {0, blocks_of(count_run(ref))};
+    if (is_leaf(ref)) return {0, REF_KIND(ref) == REF_NODE ? blocks_of(choices_[ref].count) : 0};
+    Size size{1, 0};
+    Opened opened = open(ref);
+    for (int k = 0; k < opened.count; k++) {
+      Size below = measure(opened.refs[size_t(k)]);
+      size = {size.nodes + below.nodes, size.blocks + below.blocks};
+    }
+    return size;
+  }
+
+  /* Places the nodes above the parts and says where these will lie. Returns the new reference. */
+  uint32_t place_above(uint32_t ref, Size &used, size_t &next, WideTree &tree) {
+    if (!is_above(ref)) {
+      Part &part = parts_[next++];
+      part.at = used;
+      used = {used.nodes + part.size.nodes, used.blocks + part.size.blocks};
+      return new_reference(ref, part.at);
+    }
+    uint32_t at = used.nodes++;
+    Opened opened = open(ref);
+    for (int k = 0; k < opened.count; k++)
+      opened.refs[size_t(k)] = place_above(opened.refs[size_t(k)], used, next, tree);
+    fill(tree.nodes[at], opened);
+    return at;
+  }
+
+  /* Moves `used` on. */
+  uint32_t place(uint32_t ref, Size &used, WideTree &tree) const {
+    uint32_t made = new_reference(ref, used);
+    if (REF_KIND(made) == REF_TRIANGLES) {
+      bool run = REF_KIND(ref) == REF_TRIANGLES;
+      place_blocks(run ? REF_INDEX(ref) : choices_[ref].first, run ? count_run(ref) : choices_[ref].count, used, tree);
+    } else if (REF_KIND(made) == REF_NODE) {
+      used.nodes++;
+      Opened opened = open(ref);
+      for (int k = 0; k < opened.count; k++) opened.refs[size_t(k)] = place(opened.refs[size_t(k)], used, tree);
+      fill(tree.nodes[made], opened);
+    }
+    return made;
+  }
+
+  uint32_t new_reference(uint32_t ref, Size at) const {
+    if (REF_KIND(ref) == REF_NODE && !is_leaf(ref)) return at.nodes; /* REF_NODE is 0 */
+    return REF_KIND(ref) == REF_NODE || REF_KIND(ref) == REF_TRIANGLES ? REF_TRIANGLES << 30 | at.blocks : ref;
+  }
+
+  static void fill(WideNode &node, const Opened &opened) {
+    for (size_t k = 0; k < WIDTH; k++) {
+      bool there = k < size_t(opened.count);
+      for (size_t axis = 0; axis < 3; axis++) {
+        node.bounds[2 * axis][k] = there ? opened.boxes[k].lo[axis] : std::numeric_limits<float>::infinity();
+        node.bounds[2 * axis + 1][k] = there ? opened.boxes[k].hi[axis] : -std::numeric_limits<float>::infinity();
+      }
+      node.child[k] = there ? opened.refs[k] : NONE;
+    }
+  }
+
+  void place_blocks(uint32_t first, uint32_t count, Size &used, WideTree &tree) const {
     for (uint32_t done = 0; done < count; done += BLOCK) {
-      TriangleBlock b{};
+      TriangleBlock &b = tree.blocks[used.blocks++];
       b.first = first + done;
       b.count = std::min(count - done, uint32_t(BLOCK));
       for (uint32_t k = 0; k < b.count; k++) {
@@ -113,32 +268,38 @@ class Collapser {
         }
       }
       if (done + BLOCK >= count) b.count |= LAST_IN_LEAF;
-      tree_.blocks.push_back(b);
     }
-    return REF_TRIANGLES << 30 | at;
   }
 
   const Bvh2Node *nodes_;
+  uint32_t node_count_;
   const Triangle *triangles_;
-  WideTree &tree_;
+  int threads_;
+  std::unique_ptr<Choice[]> choices_;
+  std::vector<Range> ranges_;
+  std::vector<uint32_t> top_; /* nodes above the ranges, rising */
+  std::vector<Part> parts_;
+  uint32_t above_ = 0; /* wide nodes above the parts */
 };
 
 }  // namespace
 
-WideTree make_wide_tree(const Bvh2Node *nodes, const Triangle *triangles, const Instance *instances,
-                        size_t instance_count, uint32_t root) {
+WideTree make_wide_tree(const Bvh2Node *nodes, size_t node_count, const Triangle *triangles, const Instance *instances,
+                        size_t instance_count, uint32_t root, int threads) {
+  std::vector<uint32_t> roots;
+  for (size_t i = 0; i < instance_count; i++)
+    if (instances[i].root != NONE) roots.push_back(instances[i].root);
+  if (root != NONE) roots.push_back(root);
+  std::sort(roots.begin(), roots.end());
+  roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
   WideTree tree;
-  Collapser collapser(nodes, triangles, tree);
-  tree.root = root == NONE ? NONE : collapser.place(root);
-  std::unordered_map<uint32_t, uint32_t> placed;
-  tree.roots.assign(instance_count, NONE);
-  for (size_t i = 0; i < instance_count; i++) {
-    uint32_t from = instances[i].root;
-    if (from == NONE) continue;
-    auto [entry, fresh] = placed.try_emplace(from, NONE);
-    if (fresh) entry->second = collapser.place(from);
-    tree.roots[i] = entry->second;
-  }
+  std::vector<uint32_t> placed = Collapser(nodes, node_count, triangles, threads).collapse(roots, tree);
+  auto wide = [&](uint32_t from) {
+    if (from == NONE) return NONE;
+    return placed[size_t(std::lower_bound(roots.begin(), roots.end(), from) - roots.begin())];
+  };
+  tree.root = wide(root);
+  for (size_t i = 0; i < instance_count; i++) tree.roots.push_back(wide(instances[i].root));
   return tree;
 }
 

@@ -97,7 +97,7 @@ def traced(kind):
 def bytes_and_tree(buffers):
     data = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in buffers.items()}
     root = int(buffers["world"]["root"][0])
-    return list(data.values()), _native.make_wide_tree(data["nodes"], data["triangles"], data["instances"], root)
+    return list(data.values()), _native.make_wide_tree(data["nodes"], data["triangles"], data["instances"], root, 2)
 
 
 def hits(data, tree, rays, any_hit=False, threads=2, variant=STRICT[0]):

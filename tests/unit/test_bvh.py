@@ -15,7 +15,8 @@ def build(lo, hi, reference=None, max_leaf=MAX_LEAF, threads=1, base=(0, 0, 0)):
     lo, hi = (np.ascontiguousarray(a, np.float32).reshape(-1, 3) for a in (lo, hi))
     if reference is None:
         reference = np.full(len(lo), N["REF_TRIANGLES"] << 30, np.uint32)
-    nodes, order, last, root, depth = _native.make_tree(lo, hi, reference, *base, max_leaf, threads)
+    nodes, order, last, root, depth = _native.make_tree(
+        np.zeros((0, 3, 3), np.float32), lo, hi, reference, 0.0, *base, max_leaf, threads)
     return nodes.view(records()["Bvh2Node"]), order, last, root, depth
 
 

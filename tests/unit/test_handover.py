@@ -43,12 +43,18 @@ def cpu(engine, monkeypatch):
     return opened
 
 
+def started(device, *args, **options):
+    """A session, and the CPU that draws first."""
+    session = Session(tiny_scene(), settings(*args, **options), device)
+    return session, session.device.cpu.result(10)
+
+
 def run(device, samples=100, ready_after=9, **options):
     """A session whose device is ready after so many samples."""
     def watch(progress):
         if progress.samples_done >= ready_after:
             device.compiled.set()
-            wait([handover.work] if handover.work else [])
+            wait([handover.uploading] if handover.uploading else [])
 
     session = Session(tiny_scene(), settings(samples, **options), device)
     handover = session.device
@@ -76,11 +82,11 @@ def test_an_item_of_the_cpu_is_dropped_when_the_kernels_are_ready(cpu, ready_at)
     def ready(sample):
         if sample == ready_at:
             device.compiled.set()
-            wait([session.device.work])
+            wait([session.device.uploading])
 
     device = SlowDevice()
-    session = Session(tiny_scene(), settings(128), device)
-    cpu[0].on_sample = ready
+    session, first = started(device, 128)
+    first.on_sample = ready
     session.run()
     assert bits(session.film) == bits(rendered(128).film)
     assert session.result()["samples_by_device"] == {"noise openmp": ready_at, "noise opencl": 128 - ready_at}
@@ -97,11 +103,11 @@ def test_a_short_render_ends_before_the_kernels_are_ready(cpu):
     device = SlowDevice()
     session = run(device, 4)
     assert session.result()["samples_by_device"] == {"noise openmp": 4}
-    started = time.perf_counter()
+    before = time.perf_counter()
     session.close()
-    assert time.perf_counter() - started < 0.2 and cpu[0].closed and not device.closed
+    assert time.perf_counter() - before < 0.2 and cpu[0].closed and not device.closed
     device.compiled.set()
-    wait([session.device.work])
+    wait([session.device.uploading])
     time.sleep(0.05)
     assert device.closed
 
@@ -110,11 +116,38 @@ def test_cancelling_while_kernels_compile_is_quick(cpu):
     device = SlowDevice()
     session = Session(tiny_scene(), settings(100_000), device)
     threading.Timer(0.2, session.cancel).start()
-    started = time.perf_counter()
-    assert session.run().why_stopped == "cancelled" and time.perf_counter() - started < 0.5
+    before = time.perf_counter()
+    assert session.run().why_stopped == "cancelled" and time.perf_counter() - before < 0.5
     session.close()
     device.compiled.set()
     assert bits(session.film) == bits(rendered(session.film.samples).film)
+
+
+def test_cancelling_while_neither_has_the_scene_is_quick(cpu, monkeypatch):
+    monkeypatch.setattr(NoiseDevice, "upload", lambda self, prepared: time.sleep(1))
+    device = SlowDevice()
+    session = Session(tiny_scene(), settings(100), device)
+    threading.Timer(0.1, session.cancel).start()
+    before = time.perf_counter()
+    assert session.run().why_stopped == "cancelled" and time.perf_counter() - before < 0.4
+    session.close()
+    assert time.perf_counter() - before < 0.5
+    device.compiled.set()
+
+
+def test_a_device_that_is_ready_before_the_cpu_is_not_kept_waiting(cpu, monkeypatch):
+    tree = threading.Event()
+    monkeypatch.setattr("isophote.handover.Handover.prepare_cpu", lambda self, _: tree.wait(10) and self.open_cpu())
+    device = SlowDevice()
+    threading.Timer(0.1, device.compiled.set).start()
+    session = Session(tiny_scene(), settings(20), device)
+    making = session.device.cpu
+    assert session.run().samples_done == 20
+    assert session.result()["samples_by_device"] == {"noise opencl": 20} and cpu == []
+    tree.set()
+    made = making.result(10)
+    session.close()
+    assert made.closed and device.closed
 
 
 def test_a_compiler_that_fails_leaves_the_render_on_the_cpu(cpu):
@@ -134,8 +167,8 @@ def test_a_device_that_fails_at_once_is_replaced_at_once(cpu):
 
 
 def test_an_error_of_the_cpu_is_raised(cpu):
-    session = Session(tiny_scene(), settings(), SlowDevice())
-    cpu[0].fail_after = 3
+    session, first = started(SlowDevice())
+    first.fail_after = 3
     with pytest.raises(DeviceError, match="the driver reset"):
         session.run()
     assert session.film.samples == 2
