@@ -32,19 +32,31 @@ PROGRAMS: dict = {}
 
 
 class StudyDevice(OpenCLDevice):
-    """An OpenCL device that renders as a Variant says. With `profile` it keeps the time of each kernel in
-    `kernel_seconds`, launch by launch, and, where the schedule has places, the paths that begin each bounce in `alive`.
+    """An OpenCL device that renders as a Variant says. Once `start_profile` is called it keeps the time of each kernel
+    in `kernel_seconds`, launch by launch, and, where the schedule has places, the paths that begin each bounce in
+    `alive`.
     """
 
-    def __init__(self, settings: Settings, variant: Variant, profile: bool = False, spec: str = "opencl"):
+    profile = False
+
+    def __init__(self, settings: Settings, variant: Variant, spec: str = "opencl"):
         super().__init__(settings, opencl_info(spec))
-        self.variant, self.profile, self.group = variant, profile, variant.group or GROUP
+        self.variant, self.group = variant, variant.group or GROUP
         self.context = CONTEXTS.setdefault(self.name, self.context)
-        flags = self.cl.command_queue_properties.PROFILING_ENABLE if profile else 0
-        self.queue = self.calling(self.cl.CommandQueue, self.context, properties=flags)
+        self.queue = self.calling(self.cl.CommandQueue, self.context)
+        self.start_counting()
+
+    def start_profile(self) -> None:
+        """From now on events are kept, through a queue that notes their times."""
+        flags = self.cl.command_queue_properties.PROFILING_ENABLE
+        self.queue, self.wavefront = self.calling(self.cl.CommandQueue, self.context, properties=flags), None
+        self.profile = True
+
+    def start_counting(self) -> None:
+        """Forget what was kept."""
         self.events: list = []
         self.kernel_seconds: dict[str, list[float]] = {}
-        self.alive: list[int] = []
+        self.alive = np.zeros(0, np.int64)
 
     def upload(self, prepared: Prepared) -> None:
         """Copy the scene in the variant's form and compile the variant's kernels. Raises DeviceError, ValueError."""
@@ -112,6 +124,12 @@ class StudyDevice(OpenCLDevice):
         """Remember a launch until the item is done, for its time."""
         if self.profile:
             self.events.append((name, event))
+
+    def add_alive(self, counts: np.ndarray) -> None:
+        """Add the paths that began each bounce of a pass."""
+        longer, shorter = sorted((self.alive, counts.astype(np.int64)), key=len, reverse=True)
+        self.alive = longer.copy()
+        self.alive[:len(shorter)] += shorter
 
     def strided(self, count: int) -> int:
         """Work-items of a launch that strides through a queue of at most `count`: enough to fill the device."""

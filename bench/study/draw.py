@@ -3,95 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
-REPORT = "#d1495b"  # the founding report's values
-OURS = ["#00798c", "#edae49", "#30638e", "#66a182", "#8d6a9f", "#3b3b3b"]
-SPEED = "msamples_per_second"
-
-
-class Figure:
-    """Axes side by side, saved under a name; and lines of a Markdown table below it."""
-
-    def __init__(self, title: str, axes: int = 1, width: float = 5.2):
-        self.figure, made = plt.subplots(1, axes, figsize=(width * axes, 3.6), squeeze=False)
-        self.axes, self.table = list(made[0]), []
-        self.figure.suptitle(title, fontsize=11)
-
-    def head(self, *cells) -> None:
-        self.table += [f"| {' | '.join(map(str, cells))} |", "|" + " --- |" * len(cells)]
-
-    def line(self, *cells) -> None:
-        self.table.append(f"| {' | '.join(shown(cell) for cell in cells)} |")
-
-    def save(self, path: Path) -> None:
-        for axes in self.axes:
-            handles, _ = axes.get_legend_handles_labels()
-            if handles:
-                axes.legend(fontsize=7)
-            axes.tick_params(labelsize=8)
-        self.figure.tight_layout()
-        self.figure.savefig(path, dpi=110)
-        plt.close(self.figure)
-
-
-def shown(cell) -> str:
-    return cell if isinstance(cell, str) else "-" if cell is None else f"{cell:.3g}"
-
-
-def select(rows, **wanted) -> list[dict]:
-    """Rows that were measured and have these values, by x."""
-    found = [r for r in rows if "failed" not in r and all(r[name] == value for name, value in wanted.items())]
-    return sorted(found, key=lambda r: r["x"])
-
-
-def scenes_of(rows) -> list[str]:
-    return list(dict.fromkeys(r["scene"] for r in rows))
-
-
-def speed_of(rows, **wanted):
-    """The speed of the one such row, or None."""
-    found = select(rows, **wanted)
-    return found[0][SPEED] if found else None
-
-
-def bars(axes, labels: list[str], groups: dict[str, list], ylabel: str, report: dict[str, tuple] | None = None) -> None:
-    """Bars of each group beside each other at each label; the report's ranges (low, high) as bands."""
-    width = 0.8 / max(len(groups), 1)
-    for k, (name, values) in enumerate(groups.items()):
-        at = np.arange(len(labels)) + (k - (len(groups) - 1) / 2) * width
-        axes.bar(at, [v or 0 for v in values], width, label=name, color=OURS[k % len(OURS)])
-    for label, (low, high) in (report or {}).items():
-        if label in labels:
-            at = labels.index(label)
-            axes.fill_between([at - 0.45, at + 0.45], low, max(high, low * 1.01), color=REPORT, alpha=0.5,
-                              label="report" if label == next(iter(report)) else None)
-    axes.set_xticks(range(len(labels)), labels, rotation=30, ha="right")
-    axes.set_ylabel(ylabel, fontsize=8)
-
-
-def curve(axes, rows, value: Callable, label: str, k: int, **style) -> None:
-    axes.plot([r["x"] for r in rows], [value(r) for r in rows], "o-", label=label, color=OURS[k % len(OURS)], ms=3,
-              **style)
-
-
-def report_points(axes, x, y) -> None:
-    axes.plot(x, y, "s--", color=REPORT, label="report", ms=4)
-
-
-def logarithmic(axes, x=True, y=False) -> None:
-    if x:
-        axes.set_xscale("log", base=2)
-    if y:
-        axes.set_yscale("log")
-
+from bench.study.figure import (
+    OURS,
+    REPORT,
+    SPEED,
+    Figure,
+    bars,
+    curve,
+    logarithmic,
+    ratio,
+    report_points,
+    scenes_of,
+    select,
+    speed_of,
+)
 
 # ------------------------------------------------------------------ traversal
 
@@ -99,20 +28,33 @@ def logarithmic(axes, x=True, y=False) -> None:
 def tracing_seconds(row) -> float:
     """Seconds in the kernels that trace, for a million samples."""
     spent = sum(sum(v) for k, v in row["kernel_seconds"].items() if k.startswith(("extend", "connect", "bfs")))
-    return spent / (row["width"] * row["height"] * row["samples_made"]) * 1e6
+    return spent / samples_of(row)
+
+
+def samples_of(row) -> float:
+    """Millions of samples of the picture."""
+    return row["width"] * row["height"] * row["samples_made"] / 1e6
+
+
+def closest_hits(row):
+    """Closest-hit rays of all kinds, billions a second of the kernel's time."""
+    spent = [sum(v) for k, v in row["kernel_seconds"].items() if k.startswith("extend_")]
+    return 1e-9 * sum(row["alive"]) / sum(spent) if spent and row["alive"] else None
 
 
 def traversals(rows) -> Figure:
     trees = ["shipping", "stack", "stackless", "wide4", "quantised4", "quantised8"]
     scenes = [s for s in scenes_of(rows) if select(rows, scene=s, label="stack")]
     made = Figure("Traversal: speed of tracing against the shipping BVH2", 2)
-    made.head("scene", "triangles", "ms tracing / M samples, shipping", *[f"{t}: relative speed" for t in trees[1:]])
+    made.head("scene", "triangles", "closest hits, G/s, shipping", "ms tracing / M samples, shipping",
+              *[f"{t}: relative speed" for t in trees[1:]])
     relative = {}
     for scene in scenes:
         found = {r["label"]: r for r in select(rows, scene=scene)}
         base = tracing_seconds(found["shipping"])
         relative[scene] = [base / tracing_seconds(found[t]) if t in found else None for t in trees]
-        made.line(scene, str(found["shipping"]["triangles"]), 1e3 * base, *relative[scene][1:])
+        made.line(scene, str(found["shipping"]["triangles"]), closest_hits(found["shipping"]), 1e3 * base,
+                  *relative[scene][1:])
     bars(made.axes[0], trees, relative, "shipping = 1", {"stackless": (0.91, 0.95)})
     brute = {r["label"]: r for r in rows if r["scene"] not in scenes and "failed" not in r}
     if {"list", "list_local", "shipping"} <= set(brute):
@@ -121,7 +63,7 @@ def traversals(rows) -> Figure:
              {next(iter(brute.values()))["scene"]: [base / tracing_seconds(brute[t]) for t in
                                                     ("list", "list_local", "shipping")]},
              "brute force from global memory = 1", {"list_local": (1.8, 2.0)})
-        made.line("brute force", str(brute["list"]["triangles"]), f"list {1e3 * base:.3g}",
+        made.line("brute force", str(brute["list"]["triangles"]), "", f"list {1e3 * base:.3g}",
                   f"list_local {base / tracing_seconds(brute['list_local']):.3g}",
                   f"BVH2 {base / tracing_seconds(brute['shipping']):.3g}", "", "", "")
     return made
@@ -159,10 +101,6 @@ def pruning(rows) -> Figure:
     return made
 
 
-def ratio(a, b):
-    return a / b if a and b else None
-
-
 # ------------------------------------------------------------------ schedule
 
 REORDERING = {"groups": (1.8, 1.8), "scan": (3.0, 3.0), "regeneration": (1.8, 1.8)}
@@ -178,6 +116,13 @@ def schedules(rows) -> Figure:
         relative[scene] = [ratio(speed_of(rows, scene=scene, label=name, x=0), base) for name in labels]
         made.line(scene, base, *[r for r, name in zip(relative[scene], labels, strict=True) if name != "pipeline"])
     bars(made.axes[0], labels, relative, "pipeline = 1", {"regeneration": (3 / 350, 3 / 350)})
+    made.table += ["", "Milliseconds of kernels for a million samples:", ""]
+    parts = ("extend", "shade", "connect", "sort")
+    made.head("scene", "schedule", *parts, "rest")
+    for row in (r for r in select(rows, x=0) if r["label"].startswith(("compact", "shipping", "scan"))):
+        total = {name: 1e3 * sum(spent) / samples_of(row) for name, spent in row["kernel_seconds"].items()}
+        of = [sum(v for n, v in total.items() if n.startswith(part)) for part in parts]
+        made.line(row["scene"], row["label"], *of, sum(total.values()) - sum(of))
     made.table += ["", "Breadth first against depth first, same number of paths in flight:", ""]
     made.head("scene", "breadth_first, M samples/s", "compact, M samples/s", "ratio")
     for scene in scenes_of(rows):

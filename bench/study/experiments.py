@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bench.study.measure import Case
 from bench.study.variant import TRAVERSALS, Variant
@@ -35,7 +35,7 @@ def gpu_scale(threads: tuple[int, ...]) -> Scale:
 
 
 def cpu_scale(threads: tuple[int, ...]) -> Scale:
-    return Scale(96, 32, (32, 64, 128), (8, 16, 32), (32, 128, 512, 2048, 8192, 32768), 1 << 12,
+    return Scale(64, 32, (32, 64, 128), (8, 16, 32), (32, 128, 512, 2048, 8192, 32768), 1 << 12,
                  ("cornell_box", "torus_box"), "room:200", threads, "room:30000")
 
 
@@ -45,25 +45,24 @@ Experiment = Callable[[Scale], list[list[Case]]]
 def traversals(s: Scale):
     """Which tree, and how a ray goes down it; brute force where it can end."""
     trees = [name for name in TRAVERSALS if not name.startswith("list")]
-    groups = [[Case(name, scene, variant=Variant(name), size=s.size, profile=True) for name in trees]
-              for scene in (*s.scenes, "instances", s.triangles_scene)]
-    brute = [Case("shipping", s.brute, size=s.brute_size, profile=True),
-             Case("list", s.brute, variant=Variant("list"), size=s.brute_size, profile=True),
-             Case("list_local", s.brute, variant=BRUTE, size=s.brute_size, profile=True)]
-    return [*groups, brute]
+    groups = [[Case(name, scene, variant=Variant(name, "compact"), size=s.size, profile=True) for name in trees]
+              for scene in (s.triangles_scene, *reversed(s.scenes), "instances")]
+    brute = [Case(name, s.brute, variant=replace(BRUTE, traversal=name), size=s.brute_size, profile=True)
+             for name in ("shipping", "list", "list_local")]
+    return [brute, *groups]
 
 
 def schedules(s: Scale):
     """Megakernel, pipeline, reordering, regeneration, queues, sorting, breadth first; with the shipping tree."""
     variants = [Variant(schedule=name) for name in ("megakernel", "pipeline", "groups", "scan", "compact", "shipping")]
-    variants += [Variant(schedule="regeneration", paths=s.pool), Variant(schedule="compact", sort="material"),
-                 Variant(schedule="compact", sort="ray")]
-    made = [[Case(f"{v.schedule} {v.sort}".strip(), scene, variant=v, size=s.size, samples=64) for v in variants]
-            for scene in (*s.scenes, s.triangles_scene)]
+    variants += [Variant(schedule="regeneration", paths=s.pool)]
+    variants += [Variant(schedule="compact", sort=sort, group=256) for sort in ("material", "ray")]
+    made = [[Case(f"{v.schedule} {v.sort}".strip(), scene, variant=v, size=s.size, samples=64, profile=True)
+             for v in variants] for scene in (s.triangles_scene, *s.scenes)]
     few = min(s.pool, 1 << 18)
     beside = [Case(name, scene, variant=Variant(schedule=name, paths=few), size=s.brute_size, samples=16, x=1)
               for scene in s.scenes[-1:] for name in ("breadth_first", "compact")]
-    return [*made, beside]
+    return [beside, *made]
 
 
 def schedules_brute(s: Scale):
@@ -117,11 +116,7 @@ def both(s: Scale, brute: bool = True, **changes) -> list[Case]:
     if brute:
         made += [Case("opencl brute", s.brute, variant=BRUTE, size=s.brute_size),
                  Case("openmp brute", s.brute, "openmp", Variant("list"), size=s.brute_size)]
-    return [replaced(case, **changes) for case in made]
-
-
-def replaced(case: Case, **changes) -> Case:
-    return Case(**vars(case) | changes)
+    return [replace(case, **changes) for case in made]
 
 
 def depth(s: Scale):
@@ -131,20 +126,20 @@ def depth(s: Scale):
 
 def image_size(s: Scale):
     """Pictures of several sizes, 64 samples a pixel."""
-    return [[replaced(case, size=n, samples=0 if "openmp" in case.label else 64, x=n) for case in both(s, False)] +
-            [replaced(case, size=n, x=n) for case in both(s)[2:] if n <= s.sizes[-2]] for n in s.sizes]
+    return [[replace(case, size=n, samples=0 if "openmp" in case.label else 64, x=n) for case in both(s, False)] +
+            [replace(case, size=n, x=n) for case in both(s)[2:] if n <= s.sizes[-2]] for n in s.sizes]
 
 
 def samples(s: Scale):
     """More and more samples a pixel, on small pictures."""
-    return [[replaced(case, size=s.size // 4, samples=n, x=n) for case in both(s, False)] for n in s.samples]
+    return [[replace(case, size=s.size // 4, samples=n, x=n) for case in both(s, False)] for n in s.samples]
 
 
 def primitives(s: Scale):
     """Rooms of more and more triangles; brute force up to a few thousand."""
     def cases(n):
         made = both(s, brute=n <= 10000)
-        return [replaced(case, scene=f"room:{n}", x=n) for case in made]
+        return [replace(case, scene=f"room:{n}", x=n) for case in made]
 
     return [cases(n) for n in s.triangles]
 
@@ -159,7 +154,7 @@ def bounces(s: Scale):
 
 def threads(s: Scale):
     """OpenMP from one thread to all: over pixels, shared out dynamically, and over samples, shared out in advance."""
-    size = s.size // 4
+    size = 3 * s.size // 16
     return [[Case(over, scene, "openmp", size=size, samples=64 * n, threads=n, over=over, x=n)
              for over in ("pixels", "samples")] for scene in s.scenes[1:2] for n in s.threads]
 

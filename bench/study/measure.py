@@ -62,7 +62,7 @@ class Run:
                             for _ in range(case.threads if case.over == "samples" else 1)]
             prepared = as_list(prepared) if case.variant.traversal == "list" else prepared
         else:
-            self.devices = [StudyDevice(self.settings, case.variant, case.profile, spec)]
+            self.devices = [StudyDevice(self.settings, case.variant, spec)]
         for device in self.devices:
             device.upload(prepared)
         self.samples = case.samples or self.fitting_samples(target)
@@ -112,11 +112,14 @@ class Run:
                 "seconds": [round(s, 6) for s in seconds], "median": round(median, 6),
                 "msamples_per_second": round(width * height * self.samples / median / 1e6, 5)}
         if self.case.profile:
-            self.devices[0].kernel_seconds.clear()
+            device = self.devices[0]
+            device.start_profile()
+            self.once()
+            device.start_counting()
             self.once()
             made["kernel_seconds"] = {name: [round(s, 9) for s in spent]
-                                      for name, spent in self.devices[0].kernel_seconds.items()}
-            made["alive"] = self.devices[0].alive
+                                      for name, spent in device.kernel_seconds.items()}
+            made["alive"] = device.alive.tolist()
         return made
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ from isophote.wavefront import Wavefront, path_columns
 
 U = np.uint32
 NONE = 0xFFFFFFFF
-SORT_BINS = 4096  # kernels/study/sort.cl
+SORT_BINS, SORT_TILE = 4096, 4096  # kernels/study/sort.cl
 PAIRS_PER_PATH = 32  # room in the queues of breadth-first traversal
 BOUNCES_BETWEEN_LOOKS = 8  # the number of paths alive is read that often, to stop early and to cancel
 
@@ -90,7 +90,7 @@ class Pipeline(Schedule):
                     break
         self.accumulate(params, film, first, pixels)
         if self.device.profile:
-            self.device.alive = self.device.read(self.counts, 0, 2 * bounces)[1::2].tolist()
+            self.device.add_alive(self.device.read(self.counts, 0, 2 * bounces)[1::2])
         return not cancelled()
 
     def lengths(self, count: int, bounces: int) -> np.ndarray:
@@ -196,7 +196,7 @@ class Compact(Pipeline):
             self.device.copy(self.sort(params, queue, places, bounce), queue, places)
 
     def sort(self, params, queue, places, bounce):
-        size = self.size(places)
+        size = -(-places // SORT_TILE) * self.device.group
         self.device.fill(self.bins, 0, SORT_BINS)
         self.launch("sort_count", size, params, *self.path, self.buffers["hit_uints"], queue, self.counts, self.keys,
                     self.bins, U(self.device.variant.sort == "material"), U(bounce))
