@@ -45,7 +45,9 @@ Experiment = Callable[[Scale], list[list[Case]]]
 def traversals(s: Scale):
     """Which tree, and how a ray goes down it; brute force where it can end."""
     trees = [name for name in TRAVERSALS if not name.startswith("list")]
-    groups = [[Case(name, scene, variant=Variant(name, "compact"), size=s.size, profile=True) for name in trees]
+    variants = {name: Variant(name, "compact") for name in trees}
+    variants["wide4 nearest"] = Variant("wide4", "compact", ordered=False)
+    groups = [[Case(name, scene, variant=v, size=s.size, profile=True) for name, v in variants.items()]
               for scene in (s.triangles_scene, *reversed(s.scenes), "instances")]
     brute = [Case(name, s.brute, variant=replace(BRUTE, traversal=name), size=s.brute_size, profile=True)
              for name in ("shipping", "list", "list_local")]
@@ -74,9 +76,12 @@ def schedules_brute(s: Scale):
 
 
 def leaves(s: Scale):
-    """Leaves of 1 to 32 triangles."""
-    return [[Case(name, scene, variant=Variant(name, leaf=leaf), size=s.size, x=leaf) for leaf in (1, 2, 4, 8, 16, 32)]
-            for scene in s.scenes[1:] for name in ("stack", "shipping")]
+    """Leaves of 1 to 32 triangles, and those that the builder made."""
+    def cases(scene, name):
+        made = [Case(name, scene, variant=Variant(name, leaf=n), size=s.size, x=n) for n in (1, 2, 4, 8, 16, 32)]
+        return [*made, Case(f"{name}, builder", scene, variant=Variant(name), size=s.size)]
+
+    return [cases(scene, name) for scene in s.scenes[1:] for name in ("stack", "shipping", "wide4")]
 
 
 def pruning(s: Scale):

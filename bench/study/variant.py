@@ -26,7 +26,8 @@ class Variant:
     """One way to trace and schedule paths. Every one but another precision gives the shipping device's bits.
 
     `leaf` joins subtrees of up to so many triangles into leaves (0: as the builder left them); `ordered` and
-    `pruned` are of the study's own traversals; `sort` ("material", "ray") wants the schedule "compact".
+    `pruned` are of the study's own traversals (four wide, without order only the nearest child is known to be it);
+    `sort` ("material", "ray") wants the schedule "compact".
     """
 
     traversal: str = "shipping"
@@ -51,8 +52,10 @@ class Variant:
             raise ValueError("list_local traces in work-groups: it wants a schedule with places")
         if self.schedule == "breadth_first" and self.traversal in ("wide4", "quantised4", "quantised8", "list"):
             raise ValueError("breadth_first walks the BVH2")
-        if not (self.traversal in ("stack", "stackless") or (self.ordered and self.pruned)):
-            raise ValueError("only stack and stackless can do without order and pruning")
+        can = {"ordered": ("stack", "stackless", "wide4", "quantised4"), "pruned": ("stack", "stackless")}
+        for name, traversals in can.items():
+            if not getattr(self, name) and self.traversal not in traversals:
+                raise ValueError(f"{self.traversal} is always {name}: only {', '.join(traversals)} can do without")
         if self.group not in (0, 32, 64, 128, 256):
             raise ValueError(f"group {self.group}: 32, 64, 128 or 256")
 

@@ -38,7 +38,7 @@ FN Entered4 enter_children4(GLOBAL const WideNode4 *n, WideSlabs w, real t_min, 
 }
 #endif
 
-/* The children that are entered, nearest first, then NONE. */
+/* The children that are entered, nearest first; NONE in place of the others. */
 #define SORT_TWO(a, b)                     \
   if (e.t[b] < e.t[a]) {                   \
     real nearer = e.t[b];                  \
@@ -60,8 +60,10 @@ FN Entered4 sorted_children4(GLOBAL const WideNode4 *n, WideSlabs w, real t_min,
   SORT_TWO(0, 2)
   SORT_TWO(1, 3)
   SORT_TWO(0, 1)
+#if ORDERED /* else only the nearest is known to be it */
   SORT_TWO(2, 3)
   SORT_TWO(1, 2)
+#endif
   return e;
 }
 

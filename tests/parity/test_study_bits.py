@@ -15,7 +15,7 @@ from tests.parity.test_devices import pocl
 from tests.scenes import POINT, Builder, ball, box, diffuse, emission, place, program, quad
 
 TREES = [Variant("stack"), Variant("stack", ordered=False, pruned=False), Variant("stackless"),
-         Variant("stackless", ordered=False, leaf=8), Variant("wide4"), Variant("quantised4", leaf=4),
+         Variant("stackless", ordered=False, leaf=8), Variant("wide4"), Variant("quantised4", leaf=4, ordered=False),
          Variant("quantised8"), Variant("list"), Variant(leaf=32)]
 SCHEDULES = [Variant("list_local", schedule="pipeline"), Variant("list_local", schedule="scan", group=256),
              Variant(schedule="megakernel", group=32), Variant(schedule="groups", group=128),
