@@ -19,11 +19,11 @@ from pathlib import Path
 
 import click
 
-from bench.catalogue import BENCHES, SCENES, Bench
+from bench.catalogue import BENCHES, FOLDER, SCENES, Bench
 from bench.common import ROOT, commit, machine, today, versions
 from bench.cycles_process import find_python
 from bench.report import RESULTS, save_result, slug, write_page
-from bench.scenes import exported_scenes
+from bench.scenes import MADE, OWN, exported_scenes
 from isophote.device import list_kind
 
 KEPT_SCENES = ROOT / "build" / "bench_scenes"
@@ -37,16 +37,23 @@ def why_not(bench: Bench, scenes: Path) -> str:
         return "no Python with a bpy module (ISOPHOTE_BPY_PYTHONS)"
     if "opencl" in bench.needs and not any(info.usable for info in list_kind("opencl")):
         return "no OpenCL device"
-    if "scenes" in bench.needs and not list(scenes.glob("*.npz")) and find_python() is None:
-        return f"no exported scenes in {scenes}, and no Blender to export them"
+    names = MADE if "scenes" in bench.needs else OWN if "own scenes" in bench.needs else ()
+    lacking = [name for name in names if not (scenes / f"{name}.npz").is_file()]
+    if lacking and find_python() is None:
+        return f"no {', '.join(lacking)} (.npz) in {scenes}, and no bpy module to export them with"
     return ""
 
 
 def run_bench(bench: Bench, quick: bool, scenes: Path) -> tuple[list[str], list[dict], int]:
     """The command without the interpreter, the rows that it printed, and its exit status."""
+    if "own scenes" in bench.needs:
+        exported_scenes(scenes, OWN)
     arguments = []
     for argument in (bench.quick or bench.arguments) if quick else bench.arguments:
-        arguments += [str(path) for path in exported_scenes(scenes)] if argument == SCENES else [argument]
+        if argument == SCENES:
+            arguments += [str(path) for path in exported_scenes(scenes)]
+        else:
+            arguments.append(str(scenes) if argument == FOLDER else argument)
     command = ["-m", f"bench.{bench.name}", *arguments]
     rows = []
     with subprocess.Popen([sys.executable, *command], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
@@ -54,11 +61,15 @@ def run_bench(bench: Bench, quick: bool, scenes: Path) -> tuple[list[str], list[
             click.echo(line, nl=False)
             if line.startswith("{"):
                 rows.append(json.loads(line))
+    if bench.then and not process.returncode and not quick:
+        process = subprocess.run([sys.executable, "-m", f"bench.{bench.name}", *bench.then], cwd=ROOT)
     return command, rows, process.returncode
 
 
 def readable_command(command: list[str], scenes: Path) -> str:
-    return " ".join(["python", *(part.replace(f"{scenes}/", "").replace(f"{ROOT}/", "") for part in command)])
+    """As a person would type it: without the folders of this machine."""
+    return " ".join(["python", *(part.replace(f"{scenes}/", "").replace(str(scenes), "FOLDER").replace(f"{ROOT}/", "")
+                                 for part in command)])
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]}, help=__doc__.replace("\n\n", "\n\n\b\n"))
@@ -89,9 +100,9 @@ def main(names, listing, quick, report_only, results, name, scenes):
         started = time.perf_counter()
         command, rows, status = run_bench(bench, quick, scenes)
         click.echo(f"{bench.name}: {len(rows)} rows, {time.perf_counter() - started:.0f} s, status {status}", err=True)
-        if status or not rows:
+        if status or not (rows or bench.then):
             failed.append(bench.name)
-        elif not quick:
+        elif rows and not quick:
             save_result(results, {
                 "bench": bench.name, "command": readable_command(command, scenes), "date": today(), "commit": commit(),
                 "machine": {"name": name or slug(f"{here['processor']} {here['threads']}"), **here},

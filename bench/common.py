@@ -54,7 +54,7 @@ def machine() -> dict:
         "processor": processor_name(),
         "threads": os.cpu_count(),
         "memory_gib": memory,
-        "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
+        "system": f"{platform.system()}, {platform.machine()}",
         "opencl": [f"{info.name} ({info.driver})" for info in list_kind("opencl") if info.usable],
     }
 

@@ -64,6 +64,8 @@ def shown(value) -> str:
         return f"{value:,}"
     if isinstance(value, (list, tuple)):
         return ", ".join(shown(item) for item in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{key}: {shown(item)}" for key, item in value.items())
     return str(value).replace("|", "\\|")
 
 

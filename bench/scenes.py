@@ -38,13 +38,14 @@ def made_scenes(folder: Path, names=MADE) -> list[Path]:
 
 
 def exported_scenes(folder: Path, names=MADE) -> list[Path]:
-    """The scenes of make_bench_scenes.py as .npz files, exported into `folder` unless they lie there; else
-    whatever .npz files do. Raises CyclesError, BlenderError."""
+    """Scenes as .npz files, exported into `folder` unless they lie there; those that can be had.
+
+    `names` are of MADE or of OWN. Raises CyclesError, BlenderError.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{name}.npz" for name in names]
-    missing = [path for path in paths if not path.is_file()]
-    if missing and find_python() is not None and (blends := made_scenes(folder)):
-        for blend, path in zip(blends, paths, strict=True):
-            if path in missing:
+    for path in paths:
+        if not path.is_file() and find_python() is not None:
+            for blend in own_scenes([path.stem]) if path.stem in OWN else made_scenes(folder, [path.stem]):
                 export_blend(blend, path, blender=find_python())
-    return [path for path in paths if path.is_file()] or sorted(folder.glob("*.npz"))
+    return [path for path in paths if path.is_file()]

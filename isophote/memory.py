@@ -13,8 +13,7 @@ import re
 from isophote.device import SceneTooLarge
 from isophote.scene import Scene
 
-# Measured at 2.0 M triangles in meshes with corner normals: preparing takes up to 356 bytes a triangle and
-# leaves 131, to which the CPU's tree then adds 105. tests/unit/test_memory.py holds the figure.
+# bench.memory measures the peak of preparing a scene with corner normals; tests/unit/test_memory.py holds it below.
 BUILD_BYTES_PER_TRIANGLE = 400
 UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
 HOST, DEVICE, BUFFER = "ISOPHOTE_HOST_MEMORY", "ISOPHOTE_DEVICE_MEMORY", "ISOPHOTE_DEVICE_BUFFER"

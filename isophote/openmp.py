@@ -12,7 +12,6 @@ import numpy as np
 from isophote.device import DeviceError
 from isophote.params import make_params
 from isophote.prepare import Prepared
-from isophote.records import scene_buffers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
@@ -55,16 +54,9 @@ class OpenMPDevice:
         """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree."""
         made = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in prepared.buffers.items()}
         self.buffers = list(made.values())
-        self.tree = self.native.make_wide_tree(made["nodes"], made["triangles"], made["instances"],
-                                               int(prepared.buffers["world"]["root"][0]), self.threads)
+        self.tree = prepared.geometry.wide_tree
         self.memory = {"scene": sum(buffer.nbytes for buffer in self.buffers), "tree": sum(self.tree.bytes.values()),
                        "paths": self.threads * self.native.batch_bytes(self.variant)}
-
-    @property
-    def bytes(self) -> dict[str, int]:
-        """Memory of each of the scene's arrays, and of the CPU's own tree."""
-        return {**{name: buffer.nbytes for name, buffer in zip(scene_buffers(), self.buffers, strict=True)},
-                **self.tree.bytes}
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from isophote.geometry import make_geometry
+from isophote.geometry import Geometry, make_geometry
 from isophote.lights import light_records
 from isophote.materials import OPERATIONS, is_delta
 from isophote.records import make_records, numbers, scene_buffers
@@ -27,16 +28,21 @@ class Prepared:
     """
 
     buffers: dict[str, np.ndarray]
+    geometry: Geometry
     features: int
     resolution: tuple[int, int]
     build_seconds: float
     notes: list[dict] = field(default_factory=list)
 
 
-def prepare(scene: Scene) -> Prepared:
-    """Build everything that kernels need from a scene that validate.clean has passed."""
+def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
+    """Build everything that kernels need from a scene that validate.clean has passed.
+
+    `kept` is the geometry of another scene, often of the frame before: what is the same is used again.
+    """
     started = time.perf_counter()
-    buffers, root = make_geometry(scene)
+    geometry = make_geometry(scene, kept)
+    buffers = dict(geometry.buffers)
     materials, instructions = make_materials(scene)
     lamps, lamp_power = light_records(scene)
     triangles, triangle_power = triangle_lights(scene, materials)
@@ -51,10 +57,10 @@ def prepare(scene: Scene) -> Prepared:
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "slot_materials": scene.slot_materials, "lights": lights, "light_alias": alias,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=root,
+        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=geometry.root,
                               light_count=len(lights), lamp_count=min(len(lamps), len(lights)), features=features)}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype) for name, dtype in scene_buffers().items()}
-    return Prepared(buffers, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+    return Prepared(buffers, geometry, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 
 
 def make_camera(scene: Scene) -> np.ndarray:
@@ -151,6 +157,7 @@ def alias_table(probability: np.ndarray) -> np.ndarray:
     return make_records("AliasEntry", count, keep=keep, alias=alias)
 
 
+@cache
 def blackman_harris_table() -> np.ndarray:
     """Inverse CDF of the Blackman-Harris window (Harris 1978, table I, four terms) for filter_width 1, float32.
 
@@ -169,6 +176,11 @@ def albedo_tables(instructions: np.ndarray) -> np.ndarray:
     needless = [OPERATIONS[name][0] for name in ("diffuse", "transparent")]
     if np.isin(instructions["op"], needless).all():
         return np.zeros(0, np.float32)
+    return loaded_albedo_tables()
+
+
+@cache
+def loaded_albedo_tables() -> np.ndarray:
     return np.load(Path(__file__).parent / "data" / "albedo_tables.npy")
 
 

@@ -6,6 +6,8 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 from isophote.device import Device, DeviceError, SceneTooLarge, open_device
 from isophote.film import Film, FilmError
@@ -17,7 +19,10 @@ from isophote.scene import Scene, SceneError
 from isophote.schedule import Region, WorkItem, choose_step, next_samples
 from isophote.settings import Settings
 from isophote.statistics import ImageError, image_error
-from isophote.validate import clean, validate
+from isophote.validate import check
+
+if TYPE_CHECKING:
+    from isophote.geometry import Geometry
 
 ERROR_SHARE = 0.05  # of the render's time that may go into estimating its error
 
@@ -44,12 +49,15 @@ class Session:
     """One render. `film` holds whatever was rendered, also after an error or a cancel.
 
     A `film` given is rendered on from where it ends: settings.samples count from its first sample.
-    A `device` given is used and not opened; the session closes it either way. Raises SceneError for a
-    scene that cannot be rendered, SceneTooLarge for one that does not fit, DeviceError for a device that
-    cannot be opened, FilmError for a film of another region or kind, ValueError for settings that do not fit.
+    A `device` given is used and not opened; the session closes it either way. `kept` is the geometry of another
+    session (its `prepared.geometry`): what the scenes have in common is used again, without changing a bit.
+    Raises SceneError for a scene that cannot be rendered, SceneTooLarge for one that does not fit, DeviceError
+    for a device that cannot be opened, FilmError for a film of another region or kind, ValueError for settings
+    that do not fit.
     """
 
-    def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None):
+    def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None,
+                 kept: Geometry | None = None):
         started = time.perf_counter()
         self.settings, self.device = settings, device
         self._cancel = threading.Event()
@@ -61,7 +69,8 @@ class Session:
         self._error: ImageError | None = None
         self._error_due, self._error_at = 0.0, -1
         self.why_stopped = ""
-        problems = validate(scene)
+        self._scene = scene
+        problems, cleaned, dropped = check(scene)
         errors = [str(problem) for problem in problems if problem.severity == "error"]
         if errors:
             raise SceneError("; ".join(errors))
@@ -71,8 +80,6 @@ class Session:
         if self.film.region != self.region or self.film.planes < planes:
             raise FilmError(f"the film is of region {self.film.region} with {self.film.planes} planes; "
                             f"the render needs {self.region} with {planes}")
-        self.scene_hash = scene.content_hash
-        cleaned, dropped = clean(scene)
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
                     for problem in problems if problem.severity == "warning"]
         self._notes: list[dict] = list(scene.notes) + dropped + warnings
@@ -82,7 +89,7 @@ class Session:
         self.device = with_cpu_meanwhile(self.device, settings)
         from isophote.prepare import prepare  # needs the native module, which a scene with errors should not
 
-        self.prepared = prepare(cleaned)
+        self.prepared = prepare(cleaned, kept)
         self._notes += self.prepared.notes
         self.build_seconds = self.prepared.build_seconds
         try:
@@ -132,6 +139,11 @@ class Session:
                 callback(progress)
             if progress.why_stopped:
                 return progress
+
+    @cached_property
+    def scene_hash(self) -> str:
+        """The scene's content hash, of which nobody waits for pixels."""
+        return self._scene.content_hash
 
     @property
     def end(self) -> int:

@@ -1,5 +1,5 @@
 /* The records of which the scene's arrays are made, and the numbers that name kinds and flags.
- * Everything is camera-relative world space unless a comment says object space. */
+ * Everything is world space relative to the scene's origin unless a comment says object space. */
 #ifndef ISOPHOTE_SCENE_RECORDS_H
 #define ISOPHOTE_SCENE_RECORDS_H
 #include "types.h"

@@ -202,10 +202,11 @@ class Builder {
     bool leaf = may_be_leaf(part);
     if (leaf && n == 1) return false;
     bool deep = MAX_DEPTH - part.depth < 2 + int(std::bit_width(n));
-    Binning binning(part.centers);
+    int used = bins_for(n);
+    Binning binning(part.centers, used);
     Split best;
     if (!deep) {
-      bin(part, binning, bins);
+      bin(part, binning, used, bins);
       best = best_split(bins[0]);
     }
     float area = half_area(part.box);
@@ -218,20 +219,20 @@ class Builder {
   }
 
   /* bins[0] becomes the sum; bins[1] and following keep what each chunk has. */
-  void bin(const Part &part, const Binning &binning, Bins *bins) {
+  void bin(const Part &part, const Binning &binning, int used, Bins *bins) {
     const Item *items = &items_[part.array][part.first];
     size_t count = chunks(part.size());
     if (count == 1) {
-      bins[0].clear();
+      bins[0].clear(used);
       bins[0].add(items, part.size(), binning);
       return;
     }
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (size_t chunk = 0; chunk < count; chunk++) {
-      bins[1 + chunk].clear();
+      bins[1 + chunk].clear(used);
       bins[1 + chunk].add(items + chunk * CHUNK, std::min(CHUNK, part.size() - chunk * CHUNK), binning);
     }
-    bins[0].clear();
+    bins[0].clear(used);
     for (size_t chunk = 0; chunk < count; chunk++) bins[0].add(bins[1 + chunk]);
   }
 
@@ -240,7 +241,7 @@ class Builder {
     const Item *from = &items_[part.array][part.first];
     Item *to = items_[1 - part.array].get();
     halves[0] = {part.first, middle, part.depth + 1, 1 - part.array, bins[0].box_of(split.axis, 0, split.bin), no_box()};
-    halves[1] = {middle, part.end, part.depth + 1, 1 - part.array, bins[0].box_of(split.axis, split.bin, BINS), no_box()};
+    halves[1] = {middle, part.end, part.depth + 1, 1 - part.array, bins[0].box_of(split.axis, split.bin, bins[0].used), no_box()};
     Box centers[2] = {no_box(), no_box()};
     if (count == 1) {
       partition(from, part.size(), binning, split, to + part.first, to + middle, centers);

@@ -21,8 +21,13 @@ typedef float Float8 __attribute__((vector_size(32)));
 typedef int32_t Int4 __attribute__((vector_size(16)));
 typedef int32_t Int8 __attribute__((vector_size(32)));
 
-constexpr int BINS = 16;
-constexpr float SMALLEST_EXTENT = 1e-36f; /* whose reciprocal times BINS is still finite */
+constexpr int MAX_BINS = 64;
+constexpr float SMALLEST_EXTENT = 1e-36f; /* whose reciprocal times the number of bins is still finite */
+
+/* A part's number of bins: many where it holds much, and a good cut costs little in comparison. */
+constexpr int bins_for(size_t items) {
+  return items <= 32 ? 8 : items <= 512 ? 16 : items <= 4096 ? 32 : MAX_BINS;
+}
 
 /* Low corner, anything, negated high corner, anything: so a union is one minimum. */
 typedef Float8 Box;
@@ -56,9 +61,9 @@ inline Float4 half_center(Box b) { return 0.25f * low(b) - 0.25f * negated_high(
 /* The bins of an item, one an axis; 0 along axes that are too thin to split. */
 struct Binning {
   Float4 low, scale;
-  explicit Binning(Box centers) : low(isophote::low(centers)) {
+  Binning(Box centers, int bins) : low(isophote::low(centers)) {
     Float4 e = extent(centers);
-    scale = e > SMALLEST_EXTENT ? float(BINS) * (1.0f - 1e-6f) / e : Float4{};
+    scale = e > SMALLEST_EXTENT ? float(bins) * (1.0f - 1e-6f) / e : Float4{};
   }
   Int4 operator()(Float4 center) const {
 #if defined(__SSE2__) /* else clang leaves vectors for scalars, because the fourth is not used */
@@ -70,13 +75,16 @@ struct Binning {
 };
 
 struct Bins {
-  Box boxes[BINS][3];
-  Int4 counts[BINS]; /* of the three axes */
+  int used;
+  Box boxes[MAX_BINS][3];
+  Int4 counts[MAX_BINS]; /* of the three axes */
 
-  void clear() {
-    for (auto &bin : boxes)
-      for (Box &b : bin) b = no_box();
-    for (Int4 &c : counts) c = Int4{};
+  void clear(int bins) {
+    used = bins;
+    for (int b = 0; b < bins; b++) {
+      for (Box &box : boxes[b]) box = no_box();
+      counts[b] = Int4{};
+    }
   }
   void add(const Item *items, size_t n, const Binning &binning) {
     for (size_t i = 0; i < n; i++) {
@@ -90,7 +98,7 @@ struct Bins {
     }
   }
   void add(const Bins &other) {
-    for (int b = 0; b < BINS; b++) {
+    for (int b = 0; b < used; b++) {
       for (int axis = 0; axis < 3; axis++) boxes[b][axis] = unite(boxes[b][axis], other.boxes[b][axis]);
       counts[b] += other.counts[b];
     }
@@ -131,15 +139,15 @@ struct Sweep {
 };
 
 inline Split best_split(const Bins &bins) {
-  Float4 right_cost[BINS];
+  Float4 right_cost[MAX_BINS];
   Sweep right, left;
-  for (int b = BINS - 1; b > 0; b--) {
+  for (int b = bins.used - 1; b > 0; b--) {
     right.add(bins, b);
     right_cost[b] = right.cost;
   }
   Float4 best_cost = Float4{} + std::numeric_limits<float>::infinity();
   Int4 best_bin{};
-  for (int b = 1; b < BINS; b++) {
+  for (int b = 1; b < bins.used; b++) {
     left.add(bins, b - 1);
     Float4 cost = left.cost + right_cost[b];
     Int4 better = cost < best_cost;

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from bench import __main__ as program
 from bench import report
-from bench.catalogue import BENCHES, SCENES, Bench
+from bench.catalogue import BENCHES, FOLDER, SCENES, Bench
 from bench.common import in_turn, machine, medians, versions
 from bench.compile import kernel_names, only_kernel
 from isophote.opencl import kernel_source
@@ -37,7 +37,7 @@ def test_the_machine_and_versions_are_said():
 
 @pytest.mark.parametrize(("value", "text"), [
     (None, "–"), (True, "yes"), (1.2, "1.20"), (335.0, "335"), (0.01234, "0.0123"), (12345.6, "12,346"),
-    (2015244, "2,015,244"), ([1, 2.5], "1, 2.50"), ("a|b", "a\\|b")])
+    (2015244, "2,015,244"), ([1, 2.5], "1, 2.50"), ({"16": 2.5}, "16: 2.50"), ("a|b", "a\\|b")])
 def test_cells(value, text):
     assert report.shown(value) == text
 
@@ -77,7 +77,7 @@ def test_measurements_md_is_what_the_rows_say():
 
 
 def test_every_bench_has_a_place_on_the_page():
-    assert set(report.PLACE.findall(report.TEMPLATE.read_text())) == set(BENCHES)
+    assert set(report.PLACE.findall(report.TEMPLATE.read_text())) == {b.name for b in BENCHES.values() if not b.then}
 
 
 def test_rows_are_kept_and_reported_and_failures_named(tmp_path, monkeypatch):
@@ -118,10 +118,10 @@ def test_scenes_are_put_into_the_command(tmp_path, monkeypatch):
             pass
 
     monkeypatch.setattr(program.subprocess, "Popen", Process)
-    bench = Bench("x", "", (SCENES, "--fast"))
+    bench = Bench("x", "", (SCENES, "--fast", "--made", FOLDER))
     command, rows, status = program.run_bench(bench, False, tmp_path)
     assert rows == [{"a": 1}] and status == 0 and seen == [command]
-    assert program.readable_command(command, tmp_path) == "python -m bench.x a.npz b.npz --fast"
+    assert program.readable_command(command, tmp_path) == "python -m bench.x a.npz b.npz --fast --made FOLDER"
 
 
 def test_a_source_with_one_kernel_has_that_kernel_and_the_functions():

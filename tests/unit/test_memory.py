@@ -100,7 +100,7 @@ SETTINGS = Settings(samples=64, passes=("combined",))
 def rendered(scene, prepared, spec, settings=SETTINGS):
     device = opened(spec, settings, prepared)
     film = expose(device, Film(full_frame(scene), planes_for(settings.passes)), settings.samples, settings)
-    held = dict(device.memory), device.capacity if spec != "openmp" else 0
+    held = dict(device.memory), device.wavefront.paths if spec != "openmp" else 0
     device.close()
     assert spec == "openmp" or device.memory == {}
     return film, *held
