@@ -12,7 +12,7 @@ from bench.study.trees import as_list
 from bench.study.variant import Variant
 from isophote.settings import Settings
 from tests.parity.test_devices import pocl
-from tests.scenes import POINT, Builder, ball, box, diffuse, emission, place, program, quad
+from tests.scenes import Builder, ball, box, diffuse, emission, place, quad
 
 TREES = [Variant("stack"), Variant("stack", ordered=False, pruned=False), Variant("stackless"),
          Variant("stackless", ordered=False, leaf=8), Variant("wide4"), Variant("quantised4", leaf=4, ordered=False),
@@ -27,21 +27,20 @@ SCHEDULES = [Variant("list_local", schedule="pipeline"), Variant("list_local", s
 
 @cache
 def scene():
-    """Instances, one of them mirrored, spheres, single meshes, a lamp and an emissive panel."""
+    """Instances, one of them mirrored, spheres, single meshes, a lamp; all diffuse, so that kernels compile soon."""
     b = Builder((24, 20))
     b.look((0, -6, 2), (0, 0, 0.7), 0.45)
     b.world = (0.2, 0.3, 0.4)
     shape = ball(rings=6)
-    metal = b.material(program(("glossy", 0.8, dict(roughness=0.2, multiscatter=1))))
+    paint = b.material(diffuse((0.8, 0.5, 0.2)))
     mesh = b.mesh(shape, normals=shape[0])
     for k, scale in enumerate(((0.8, 0.8, 0.8), (-0.5, 0.9, 0.6))):
-        b.instance(mesh, metal, matrix=place((1.8 * k - 1.4, 0.4, 0.9), scale, 0.6 * k))
+        b.instance(mesh, paint, matrix=place((1.8 * k - 1.4, 0.4, 0.9), scale, 0.6 * k))
     b.add(quad((0, 0, 0), (4, 0, 0), (0, 4, 0)), diffuse((0.7, 0.6, 0.5)))
     b.add(box((0.3, -1.4, 0.3), 0.3), diffuse((0.3, 0.6, 0.4)))
     b.add(quad((-1, 1, 3), (0.5, 0, 0), (0, -0.5, 0)), emission((6, 5, 4)))
-    b.sphere((1.5, -1, 0.5), 0.5, b.material(program(("glass", 1.0, dict(roughness=0.0, ior=1.5, multiscatter=0)))))
-    b.sphere((-0.8, -1.6, 0.25), 0.25, metal)
-    b.lamp(POINT, 100.0, place((3, -3, 4)), (0.2, 0))
+    b.sphere((1.5, -1, 0.5), 0.5, b.material(diffuse(0.9)))
+    b.sphere((-0.8, -1.6, 0.25), 0.25, paint)
     return b.make()
 
 
