@@ -112,7 +112,7 @@ def schedules(rows) -> Figure:
     made = Figure("Schedule, with the BVH: speed against the pipeline without reordering", width=8)
     made.head("scene", "pipeline, M samples/s", *[label for label in labels if label != "pipeline"])
     relative = {}
-    for scene in scenes_of(rows):
+    for scene in scenes_of(select(rows, x=0)):
         base = speed_of(rows, scene=scene, label="pipeline", x=0)
         relative[scene] = [ratio(speed_of(rows, scene=scene, label=name, x=0), base) for name in labels]
         made.line(scene, base, *[r for r, name in zip(relative[scene], labels, strict=True) if name != "pipeline"])
