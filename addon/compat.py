@@ -21,23 +21,28 @@ def read_all(collection, name: str, columns: int, dtype) -> np.ndarray:
     """A property of all items of a collection, (n, columns), 4 bytes each and the first that an item holds.
 
     foreach_get asks Blender for one item after the other where no attribute stands behind the collection:
-    0.13 s for a million triangles. So the array in which the items lie is read as it is, provided that they
-    lie evenly and that samples are what the interface says; else it is foreach_get.
+    0.13 s for a million triangles. So where many lie in memory one after the other, that is copied.
     """
     count = len(collection)
-    if count >= LARGE:
-        chosen = np.linspace(0, count - 1, SAMPLES).astype(int)
-        places = np.array([collection[i].as_pointer() for i in chosen.tolist()])
-        stride = int(places[-1] - places[0]) // (count - 1)
-        if stride in range(4 * columns, 65, 4) and np.array_equal(places, places[0] + stride * chosen):
-            words = (ctypes.c_uint32 * (count * stride // 4)).from_address(int(places[0]))
-            values = np.frombuffer(words, dtype).reshape(count, -1)[:, :columns]
-            wanted = [np.ravel(getattr(collection[i], name)).tolist() for i in chosen.tolist()]
-            if values[chosen].tolist() == wanted:
-                return np.array(values)  # the memory is Blender's
-    values = np.empty(count * columns, dtype)
-    collection.foreach_get(name, values)
+    values = in_memory(collection, name, columns, dtype) if count >= LARGE else None
+    if values is None:
+        values = np.empty(count * columns, dtype)
+        collection.foreach_get(name, values)
     return values.reshape(count, columns)
+
+
+def in_memory(collection, name: str, columns: int, dtype) -> np.ndarray | None:
+    """The same, copied from where the items lie; None unless they lie evenly and samples are what Blender says."""
+    count = len(collection)
+    chosen = np.linspace(0, count - 1, SAMPLES).astype(int)
+    places = np.array([collection[i].as_pointer() for i in chosen.tolist()])
+    stride = int(places[-1] - places[0]) // (count - 1)
+    if stride not in range(4 * columns, 65, 4) or not np.array_equal(places, places[0] + stride * chosen):
+        return None
+    words = (ctypes.c_uint32 * (count * stride // 4)).from_address(int(places[0]))
+    values = np.array(np.frombuffer(words, dtype).reshape(count, -1)[:, :columns])
+    wanted = [np.ravel(getattr(collection[i], name)).tolist() for i in chosen.tolist()]
+    return values if values[chosen].tolist() == wanted else None
 
 
 def vertex_positions(mesh) -> np.ndarray:

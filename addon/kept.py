@@ -16,7 +16,7 @@ from bpy.app.handlers import persistent
 
 from isophote.geometry import Geometry
 
-SHARE = 0.25
+SHARE = 0.125
 UNKNOWN_MEMORY = 8 << 30  # bytes, of a machine that does not tell how many it has
 
 _geometries: dict[tuple[str, str], Geometry] = {}  # by names of scene and view layer

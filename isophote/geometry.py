@@ -20,9 +20,10 @@ BOX_MARGIN = 2.0**-20  # relative to the largest coordinate of a box: 16 roundin
 MAX_LEAF = 4  # items; larger leaves only where the surface area heuristic cannot tell them apart
 REFIT_COST = 1.1  # of a tree with new boxes, by the surface area heuristic, over the cost when it was built
 # What trees and records are made of; the scene's other arrays may change and they stay.
-INPUTS = ("vertices", "triangles", "triangle_slots", "normals", "mesh_triangles", "mesh_normals", "instance_mesh",
-          "instance_to_world", "instance_slots", "instance_visibility", "sphere_center", "sphere_radius",
-          "sphere_material", "sphere_visibility")
+OF_MESHES = ("vertices", "triangles", "triangle_slots", "normals", "mesh_triangles", "mesh_normals")
+INPUTS = (*OF_MESHES, "instance_mesh", "instance_to_world", "instance_slots", "instance_visibility", "sphere_center",
+          "sphere_radius", "sphere_material", "sphere_visibility")
+WORLD = -1
 OF_WIDE_TREE = ("nodes", "triangles", "instances")
 # A run of a mesh's triangles as native/triangles.h has it (struct Part).
 PART = np.dtype([("first", "<u4"), ("count", "<u4"), ("instance", "<u4"), ("visibility", "<u4"), ("normals", "<i4"),
@@ -58,6 +59,7 @@ class Tree:
     normal_index: np.ndarray = None
     normals: np.ndarray = None
     spheres: np.ndarray = None
+    mesh: int = WORLD  # in whose space it is
     built_cost: float = 0.0  # by the surface area heuristic, 0 until it is asked for
 
 
@@ -70,9 +72,9 @@ class Geometry:
     trees: list[Tree]
     inputs: dict[str, np.ndarray] = field(default_factory=dict)
 
-    def is_of(self, scene: Scene) -> bool:
-        """Whether a scene has the same geometry, to the last bit."""
-        return all(is_same(self.inputs[name], scene.arrays[name]) for name in INPUTS)
+    def changes(self, scene: Scene) -> set[str]:
+        """Those of INPUTS that a scene does not have in common with it, to the last bit."""
+        return {name for name in INPUTS if not is_same(self.inputs[name], scene.arrays[name])}
 
     @property
     def bytes(self) -> int:
@@ -100,15 +102,15 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     Meshes with one user are moved to world space (in float64, then rounded), so that only true
     instances cost a change of space. `kept` is what was made for another scene, often the frame before.
     """
-    if kept is not None and kept.is_of(scene):
+    changes = kept.changes(scene) if kept else set(INPUTS)
+    if not changes:
         return kept
     n = numbers()
     users = np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
     shared = users > 1
-    old = iter(kept.trees if kept else ())
-    no_spheres = make_records("Sphere", 0)
-    trees = [make_tree(scene, object_part(scene, mesh), no_spheres, NO_ITEMS, next(old, None))
-             for mesh in np.flatnonzero(shared)]
+    old = {tree.mesh: tree for tree in kept.trees} if kept else {}
+    trees = [old[mesh] if mesh in old and changes.isdisjoint(OF_MESHES) else object_tree(scene, mesh, old.get(mesh))
+             for mesh in np.flatnonzero(shared).tolist()]
 
     instances = make_instances(scene)
     is_shared = shared[scene.instance_mesh] if len(shared) else np.zeros(0, bool)
@@ -117,7 +119,7 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     items = Items(*instance_boxes(instances[of_shared], boxes),
                   of_shared.astype(np.uint32) | np.uint32(n["REF_INSTANCE"] << 30))
     trees.append(make_tree(scene, world_parts(scene, np.flatnonzero(~is_shared)), make_spheres(scene), items,
-                           next(old, None)))
+                           old.get(WORLD)))
     buffers, roots = join_trees(trees)
     root_of = np.full(len(shared), n["NONE"], np.uint32)
     root_of[shared] = roots[:-1]
@@ -178,6 +180,13 @@ def make_tree(scene: Scene, parts: np.ndarray, spheres: np.ndarray, items: Items
     _native.bake_corners(scene.vertices, scene.triangles, parts.view(np.uint8), THREADS, corners)
     refitted = refit(scene, parts, corners, spheres, items, kept) if kept else None
     return refitted or placed(build(corners, spheres, items), scene, parts, corners, spheres)
+
+
+def object_tree(scene: Scene, mesh: int, kept: Tree | None) -> Tree:
+    """The tree of a mesh with several users, in its own space."""
+    made = make_tree(scene, object_part(scene, mesh), make_records("Sphere", 0), NO_ITEMS, kept)
+    made.mesh = mesh
+    return made
 
 
 def build(corners: np.ndarray, spheres: np.ndarray, items: Items) -> Tree:

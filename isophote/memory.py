@@ -11,10 +11,10 @@ import os
 import re
 
 from isophote.device import SceneTooLarge
-from isophote.scene import Scene
 
 # bench.memory measures the peak of preparing a scene with corner normals; tests/unit/test_memory.py holds it below.
 BUILD_BYTES_PER_TRIANGLE = 400
+FILM_BYTES_PER_VALUE = 20  # sums in float32, their copy while an item is rendered, totals in float64, the pass
 UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
 HOST, DEVICE, BUFFER = "ISOPHOTE_HOST_MEMORY", "ISOPHOTE_DEVICE_MEMORY", "ISOPHOTE_DEVICE_BUFFER"
 
@@ -62,12 +62,14 @@ def container_available(folder: str = "/sys/fs/cgroup") -> int | None:
         return None
 
 
-def check_host_memory(scene: Scene) -> None:
-    """Raises SceneTooLarge where the scene's trees would not fit into this machine's memory."""
-    needed, available = BUILD_BYTES_PER_TRIANGLE * len(scene.triangles), host_available()
-    if available is not None and needed > available:
-        raise SceneTooLarge(f"the scene's {len(scene.triangles)} triangles need about {readable(needed)} of memory "
-                            f"({needed} bytes) to be prepared, and {readable(available)} ({available} bytes) are free")
+def check_host_memory(triangles: int, film_values: int) -> None:
+    """Raises SceneTooLarge where a scene's trees and its film (planes times pixels) would not fit into this machine."""
+    trees, film, available = BUILD_BYTES_PER_TRIANGLE * triangles, FILM_BYTES_PER_VALUE * film_values, host_available()
+    if available is not None and trees + film > available:
+        raise SceneTooLarge(
+            f"the scene needs about {readable(trees + film)} of this machine's memory, of which {readable(available)} "
+            f"are free: {trees} bytes to prepare its {triangles} triangles and {film} bytes for the picture, of "
+            f"{available} bytes")
 
 
 def check_device_memory(name: str, parts: dict[str, int], total: int, largest: int) -> None:

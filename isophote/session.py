@@ -83,7 +83,7 @@ class Session:
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
                     for problem in problems if problem.severity == "warning"]
         self._notes: list[dict] = list(scene.notes) + dropped + warnings
-        check_host_memory(cleaned)
+        check_host_memory(len(cleaned.triangles), self.film.open.size)
         if self.device is None:
             self.device = open_device(settings.device, settings)
         self.device = with_cpu_meanwhile(self.device, settings)

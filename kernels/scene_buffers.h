@@ -25,7 +25,7 @@ typedef struct {
 #define X(type, name, comment) GLOBAL const type *name;
   SCENE_BUFFERS(X)
 #undef X
-  GLOBAL const void *accelerator; /* of a host that defines TRACE (stages.h): its own tree */
+  GLOBAL const void *accelerator; /* of a host: its own tree (native/tracer.h) */
 } Scene;
 
 #endif

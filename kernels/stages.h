@@ -219,29 +219,48 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
 
 /* ----------------------------------------------------------------- connect */
 
-/* How rays are traced: the includer may have a faster tracer of its own that gives the same hits. */
-#ifndef TRACE
-#define TRACE(scene, ray, any) trace(scene, ray, any)
-#endif
+/* A shadow ray on its way in a scene with transparent surfaces. */
+typedef struct {
+  Ray ray;
+  real3 kept; /* the part of the light that they let through */
+  int passed; /* how many there were, with those of the path */
+  int going;
+} Shadow;
 
-/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. The limit
- * is the user's own, one less than that of paths, as Cycles counts (integrate_shadow_max_transparent_hits). */
+FN Shadow make_shadow(Ray ray, int passed) {
+  Shadow d;
+  d.ray = ray;
+  d.kept = splat3(REAL(1.0));
+  d.passed = passed;
+  d.going = 1;
+  return d;
+}
+
+/* The closest hit stops the shadow ray, or it goes on behind it. The limit is the user's own, one less than that
+ * of paths, as Cycles counts (integrate_shadow_max_transparent_hits). */
+FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
+  d.going = 0;
+  if (h.index == NONE) return d;
+  Surface at = make_surface(s, d.ray, h, features);
+  Material m = s.materials[at.material];
+  d.going = (d.passed + 1 < params.transparent_bounces) & ((m.flags & MATERIAL_TRANSPARENT) != 0u);
+  d.kept = d.going ? d.kept * load3(m.transparency) : zero3();
+  d.passed++;
+  d.ray.t_min = h.t;
+  d.ray.after_instance = h.instance;
+  d.ray.after_primitive = h.primitive;
+  return d;
+}
+
+/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. */
 FN real3 trace_connection(Scene s, Params params, Ray ray, int passed, uint features) {
-  real3 kept = splat3(REAL(1.0));
   if (!(features & FEATURE_TRANSPARENT)) {
-    Hit h = TRACE(s, ray, 1);
-    return select3(h.index == NONE, kept, zero3());
+    Hit h = trace(s, ray, 1);
+    return select3(h.index == NONE, splat3(REAL(1.0)), zero3());
   }
-  for (;; passed++) {
-    Hit h = TRACE(s, ray, 0);
-    if (h.index == NONE) return kept;
-    Surface at = make_surface(s, ray, h, features);
-    if (passed + 1 >= params.transparent_bounces || !(s.materials[at.material].flags & MATERIAL_TRANSPARENT)) return zero3();
-    kept = kept * load3(s.materials[at.material].transparency);
-    ray.t_min = h.t;
-    ray.after_instance = h.instance;
-    ray.after_primitive = h.primitive;
-  }
+  Shadow d = make_shadow(ray, passed);
+  while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features);
+  return d.kept;
 }
 
 #endif

@@ -62,12 +62,11 @@ FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, real3 di
   int negative = (u < REAL(0.0)) | (v < REAL(0.0)) | (w < REAL(0.0));
   int positive = (u > REAL(0.0)) | (v > REAL(0.0)) | (w > REAL(0.0));
   real det = u + v + w;
-  TriangleHit h;
-  h.hit = !(negative & positive) & (det != REAL(0.0));
-  if (!h.hit) return h;
   real t = u * (s.scale * a.z) + v * (s.scale * b.z) + w * (s.scale * c.z);
   real inverse = REAL(1.0) / det;
-  h.hit = is_in_front(v0, v1, v2, origin, direction);
+  TriangleHit h;
+  h.hit = !(negative & positive) & (det != REAL(0.0));
+  if (h.hit) h.hit = is_in_front(v0, v1, v2, origin, direction);
   h.t = t * inverse;
   h.u = v * inverse;
   h.v = w * inverse;

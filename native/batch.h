@@ -47,6 +47,7 @@ struct Batch {
   alignas(64) int delta[CAPACITY], label[CAPACITY], valid[CAPACITY];
   /* connections */
   alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
+  Shadow shadows[CAPACITY]; /* of connections in scenes with transparent surfaces */
   /* results by slot */
   alignas(64) real red[CAPACITY], green[CAPACITY], blue[CAPACITY], alpha[CAPACITY];
   alignas(64) real aov[PLANES_ALL - PLANES_COMBINED][CAPACITY];

@@ -25,7 +25,7 @@ namespace isophote {
 #define X(name, precision, level)                                                                       \
   namespace name {                                                                                      \
   bool render(const void *const *, const WideTree *, const void *, int, float *, const std::atomic<int> *); \
-  void trace_rays(const void *const *, const WideTree *, const float *, long, int, int, float *, unsigned *); \
+  void trace_rays(const void *const *, const WideTree *, const float *, long, int, int, int, float *, unsigned *); \
   size_t batch_bytes();                                                                                     \
   }
 ISOPHOTE_VARIANTS(X)
@@ -142,7 +142,7 @@ bool render(const std::string &variant, const std::vector<Bytes> &buffers, const
 }
 
 nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree *tree,
-                nb::ndarray<const float, nb::shape<-1, 8>, nb::c_contig, nb::device::cpu> rays, bool any, int threads) {
+                nb::ndarray<const float, nb::shape<-1, 8>, nb::c_contig, nb::device::cpu> rays, bool any, int threads, bool packets) {
   const Variant &v = find_variant(variant);
   std::vector<const void *> scene = pointers(buffers);
   size_t n = rays.shape(0);
@@ -150,7 +150,7 @@ nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, c
   std::vector<uint32_t> ids(2 * n);
   {
     nb::gil_scoped_release release;
-    v.trace(scene.data(), tree, rays.data(), long(n), any, threads, hits.data(), ids.data());
+    v.trace(scene.data(), tree, rays.data(), long(n), any, threads, packets, hits.data(), ids.data());
   }
   return nb::make_tuple(to_array(std::move(hits), 4), to_array(std::move(ids), 2));
 }
@@ -248,7 +248,7 @@ NB_MODULE(_native, m) {
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
         nb::arg("sums"), nb::arg("cancelled"));
   m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),
-        nb::arg("rays"), nb::arg("any"), nb::arg("threads"));
+        nb::arg("rays"), nb::arg("any"), nb::arg("threads"), nb::arg("packets") = false);
   m.def("bake_corners", &bake, nb::arg("vertices"), nb::arg("triangles"), nb::arg("parts"), nb::arg("threads"),
         nb::arg("corners"));
   m.def("place_triangles", &place, nb::arg("slots"), nb::arg("normals"), nb::arg("parts"), nb::arg("corners"),

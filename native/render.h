@@ -17,7 +17,7 @@ using RenderFunction = bool (*)(const void *const *scene, const WideTree *tree, 
  * where there is none in the BVH2. rays: n x 8 floats,
  * origin, direction, t_min, t_max. hits: n x 4 floats t, u, v, bits of index; ids: n x 2. */
 using TraceFunction = void (*)(const void *const *scene, const WideTree *tree, const float *rays, long n, int any,
-                               int threads, float *hits, unsigned *ids);
+                               int threads, int packets, float *hits, unsigned *ids);
 
 struct Variant {
   const char *name;

@@ -117,7 +117,15 @@ def test_every_input_counts():
         array = scene.arrays[name].copy()
         array.view(np.uint8).reshape(-1)[0] ^= 1
         scene.arrays[name] = array
-        assert not kept.is_of(scene), name
+        assert kept.changes(scene) == {name}
+
+
+def test_trees_of_instances_stay_when_they_move():
+    kept = make_geometry(some_scene())
+    made = make_geometry(some_scene(0.1), kept)
+    assert [tree.mesh for tree in made.trees] == [2, 3, geometry.WORLD]
+    assert all(tree is old for tree, old in zip(made.trees[:2], kept.trees, strict=False))
+    assert made.trees[2] is not kept.trees[2]
 
 
 def test_boxes_of_trees_that_are_used_again_are_those_of_new_ones():

@@ -15,6 +15,7 @@ from isophote.device import SceneTooLarge, list_kind
 from isophote.film import Film
 from isophote.memory import (
     BUILD_BYTES_PER_TRIANGLE,
+    FILM_BYTES_PER_VALUE,
     check_device_memory,
     container_available,
     host_available,
@@ -69,10 +70,11 @@ def test_what_does_not_fit_on_a_device_is_named():
 
 @pytest.mark.usefixtures("engine")
 def test_a_scene_too_large_for_the_host_is_refused_before_anything_is_built(monkeypatch):
-    monkeypatch.setenv("ISOPHOTE_HOST_MEMORY", str(BUILD_BYTES_PER_TRIANGLE - 1))
-    with pytest.raises(SceneTooLarge, match=f"1 triangles need about .*{BUILD_BYTES_PER_TRIANGLE} bytes"):
+    film = FILM_BYTES_PER_VALUE * 12 * 10 * 8
+    monkeypatch.setenv("ISOPHOTE_HOST_MEMORY", str(BUILD_BYTES_PER_TRIANGLE + film - 1))
+    with pytest.raises(SceneTooLarge, match=f"{BUILD_BYTES_PER_TRIANGLE} bytes to prepare its 1 triangles and {film}"):
         Session(tiny_scene(), Settings(samples=1), NoiseDevice())
-    monkeypatch.setenv("ISOPHOTE_HOST_MEMORY", str(BUILD_BYTES_PER_TRIANGLE))
+    monkeypatch.setenv("ISOPHOTE_HOST_MEMORY", str(BUILD_BYTES_PER_TRIANGLE + film))
     assert Session(tiny_scene(), Settings(samples=1), NoiseDevice()).run().samples_done == 1
 
 
