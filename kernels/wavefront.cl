@@ -107,7 +107,7 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   uint k = get_global_id(0);
   if (k >= counts[2u * bounce]) return;
   uint i = queue[k];
-  Hit h = TRACE(s, path_ray(load_path(reals, uints, stride, i)), 0);
+  Hit h = trace(s, path_ray(load_path(reals, uints, stride, i)), 0);
   store_hit(hit_reals, hit_uints, stride, i, h);
 }
 

@@ -19,7 +19,7 @@ __kernel void extend_slots(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GL
   for (uint k = get_global_id(0); k < count; k += get_global_size(0)) {
     uint i = queue[k];
     if (i == NONE) continue;
-    store_hit(hit_reals, hit_uints, stride, i, TRACE(s, path_ray(load_path(reals, uints, stride, i)), 0));
+    store_hit(hit_reals, hit_uints, stride, i, trace(s, path_ray(load_path(reals, uints, stride, i)), 0));
   }
 }
 

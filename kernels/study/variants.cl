@@ -3,6 +3,7 @@
  * The host (bench/study) defines TRAVERSAL, one of the numbers below, the macros that its header names, and which of the
  * files at the end are wanted. Every tracer gives the hits of the shipping one, every schedule its sums. Not part of the
  * shipped program. */
+/* With the shipping trace(), whose name another tracer takes below. */
 #include "../bvh.h"
 
 #define TRAVERSAL_SHIPPING 0
@@ -17,19 +18,19 @@
 #endif
 #if TRAVERSAL == TRAVERSAL_LIST
 #include "list.h"
-#define TRACE(scene, ray, any) trace_list(scene, ray, any)
+#define trace(scene, ray, any) trace_list(scene, ray, any)
 #elif TRAVERSAL == TRAVERSAL_STACK
 #include "stack.h"
-#define TRACE(scene, ray, any) trace_stack(scene, ray, any)
+#define trace(scene, ray, any) trace_stack(scene, ray, any)
 #elif TRAVERSAL == TRAVERSAL_STACKLESS
 #include "stackless.h"
-#define TRACE(scene, ray, any) trace_stackless(scene, ray, any)
+#define trace(scene, ray, any) trace_stackless(scene, ray, any)
 #elif TRAVERSAL == TRAVERSAL_WIDE4
 #include "wide4.h"
-#define TRACE(scene, ray, any) trace_wide4(scene, ray, any)
+#define trace(scene, ray, any) trace_wide4(scene, ray, any)
 #elif TRAVERSAL == TRAVERSAL_WIDE8
 #include "wide8.h"
-#define TRACE(scene, ray, any) trace_wide8(scene, ray, any)
+#define trace(scene, ray, any) trace_wide8(scene, ray, any)
 #endif
 
 #include "../wavefront.cl"
