@@ -10,6 +10,7 @@ import re
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -91,8 +92,8 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     return options
 
 
-def kernel_source() -> str:
-    """kernels/wavefront.cl with its headers put in, each once: one text that caches can be keyed by."""
+def kernel_source(entry: Path | None = None) -> str:
+    """kernels/wavefront.cl, or another file, with its headers put in, each once: a text that caches can be keyed by."""
     seen: set = set()
 
     def expand(path) -> str:
@@ -105,7 +106,7 @@ def kernel_source() -> str:
             lines.append(expand((path.parent / include.group(1)).resolve()) if include else line)
         return "\n".join(lines)
 
-    return expand(header_path("wavefront.cl").resolve())
+    return expand((entry or header_path("wavefront.cl")).resolve())
 
 
 class OpenCLDevice:

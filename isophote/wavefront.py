@@ -73,13 +73,15 @@ class Wavefront:
             largest = kernel.get_work_group_info(cl.kernel_work_group_info.WORK_GROUP_SIZE, device)
             self.group["shade"] = SHADE_GROUP if largest >= SHADE_GROUP else GROUP
 
-    def launch(self, name: str, count: int, *changing, parity: int = 0) -> None:
-        """Enqueue a kernel over at least `count` work-items; `changing` are the arguments that it lacks."""
+    def launch(self, name: str, count: int, *changing, parity: int = 0):
+        """Enqueue a kernel over at least `count` work-items; `changing` are the arguments that it lacks.
+
+        Returns the event."""
         kernel, places = self.kernels[name, parity]
         for at, argument in zip(places, changing, strict=True):
             kernel.set_arg(at, argument)
         group = self.group[name]
-        self.cl.enqueue_nd_range_kernel(self.queue, kernel, (-(-count // group) * group,), (group,))
+        return self.cl.enqueue_nd_range_kernel(self.queue, kernel, (-(-count // group) * group,), (group,))
 
     def trace(self, params, film, first: int, pixels: int, samples: int, bounces: int,
               cancelled: Callable[[], bool]) -> bool:

@@ -72,29 +72,33 @@ FN void add_result(GLOBAL real *results, uint stride, uint slot, real3 light) {
   results[2u * stride + slot] += light.z;
 }
 
-/* Columns [0, count): samples of the pixels from first_pixel on, those of one pixel side by side. */
+/* Number `slot` of a pass: samples of the pixels from first_pixel on, those of one pixel side by side. */
+FN Path start_path(Scene s, Params params, GLOBAL real *results, GLOBAL real *aovs, uint stride, uint first_pixel,
+                   uint slot) {
+  uint pixel = first_pixel + slot / params.samples;
+  uint sample = params.first_sample + slot % params.samples;
+  uint row = pixel / uint_of(params.width);
+  results[slot] = REAL(0.0);
+  results[stride + slot] = REAL(0.0);
+  results[2u * stride + slot] = REAL(0.0);
+  results[3u * stride + slot] = REAL(1.0);
+  if (params.aovs) {
+    Aovs a = no_aovs();
+#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + slot] = value;
+    AOV_PLANES(X)
+#undef X
+  }
+  return generate_path(s, params, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, slot);
+}
+
 __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, GLOBAL uint *counts,
                        uint counts_length, uint first_pixel, uint count) {
   MAKE_SCENE
   uint i = get_global_id(0);
   for (uint k = i; k < counts_length; k += get_global_size(0)) counts[k] = k ? 0u : count;
   if (i >= count) return;
-  uint pixel = first_pixel + i / params.samples;
-  uint sample = params.first_sample + i % params.samples;
-  uint row = pixel / uint_of(params.width);
-  Path p = generate_path(s, params, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, i);
-  store_path(reals, uints, stride, i, p);
+  store_path(reals, uints, stride, i, start_path(s, params, results, aovs, stride, first_pixel, i));
   queue[i] = i;
-  results[i] = REAL(0.0);
-  results[stride + i] = REAL(0.0);
-  results[2u * stride + i] = REAL(0.0);
-  results[3u * stride + i] = REAL(1.0);
-  if (params.aovs) {
-    Aovs a = no_aovs();
-#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + i] = value;
-    AOV_PLANES(X)
-#undef X
-  }
 }
 
 __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL const uint *queue,
