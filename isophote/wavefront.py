@@ -17,7 +17,9 @@ COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 3, "light_reals
            "queue": 1, "next_queue": 1, "light_queue": 1}
 KERNELS = ("generate", "extend", "shade", "connect", "accumulate")
 GROUP = 64  # work-items of a group
-SHADE_GROUP = 256  # on GPUs: fewer atomics on the queues' lengths; 0.6 to 0.9 of the time of groups of 64 on an H200
+# On GPUs the largest that a device has registers for: barriers keep a group's threads at the same instructions, of
+# which shading has more than an H200's cache holds. 512 took 0.78 to 1.03 of the time of 256, 0.62 of 128.
+SHADE_GROUPS = (512, 256, 128, GROUP)
 MOST_BOUNCES = 514  # vertices of a path: 8 bits count those that scatter, 8 those that let it pass
 BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bounce has left
 
@@ -71,7 +73,7 @@ class Wavefront:
         if device.type & cl.device_type.GPU:
             kernel = self.kernels["shade", 0][0]
             largest = kernel.get_work_group_info(cl.kernel_work_group_info.WORK_GROUP_SIZE, device)
-            self.group["shade"] = SHADE_GROUP if largest >= SHADE_GROUP else GROUP
+            self.group["shade"] = next((group for group in SHADE_GROUPS if group <= largest), GROUP)
 
     def launch(self, name: str, count: int, *changing, parity: int = 0):
         """Enqueue a kernel over at least `count` work-items; `changing` are the arguments that it lacks.
