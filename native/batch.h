@@ -81,6 +81,13 @@ FN Hit load_hit(const Batch &b, uint i) {
   return h;
 }
 
+static void add_light(Batch &__restrict b, uint i, real3 light) {
+  uint slot = b.columns().uints[PATH_UINT_slot * CAPACITY + i];
+  b.red[slot] += light.x;
+  b.green[slot] += light.y;
+  b.blue[slot] += light.z;
+}
+
 FN Surface load_surface(const Batch &b, uint i, uint material) {
   Surface s;
   s.p = make_real3(b.px[i], b.py[i], b.pz[i]);

@@ -15,8 +15,8 @@ namespace isophote {
 using RenderFunction = bool (*)(const void *const *scene, const WideTree *tree, const void *params, int threads,
                                 float *sums, uint64_t *rays, const std::atomic<int> *cancelled);
 
-/* Closest hits (any = 0) or occlusion (any = 1) of n rays, for tests and benchmarks, in the wide tree or
- * where there is none in the BVH2. rays: n x 8 floats,
+/* Closest hits (any = 0) or occlusion (any = 1) of n rays, for tests and benchmarks, in the wide tree or where there
+ * is none in the BVH2; packets != 0: sixteen neighbours at a time where they go much the same way. rays: n x 8 floats,
  * origin, direction, t_min, t_max. hits: n x 4 floats t, u, v, bits of index; ids: n x 2. */
 using TraceFunction = void (*)(const void *const *scene, const WideTree *tree, const float *rays, long n, int any,
                                int threads, int packets, float *hits, unsigned *ids);

@@ -1,17 +1,10 @@
 /* The loops that shade a group of paths of one material, one instruction at a time. Included once a
  * variant. Values and arithmetic are those of kernels/stages.h; only the order of loops is here. */
 #pragma once
-#include "batch.h"
+#include "shadow_rays.h"
 
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
-
-static void add_light(Batch &__restrict b, uint i, real3 light) {
-  uint slot = b.columns().uints[PATH_UINT_slot * CAPACITY + i];
-  b.red[slot] += light.x;
-  b.green[slot] += light.y;
-  b.blue[slot] += light.z;
-}
 
 static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
   Columns columns = b.columns();
@@ -343,64 +336,6 @@ static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
     if (!shows_surface(p)) continue;
     store_aovs(b, p.slot, make_aovs(s, m, load_surface(b, i, g.material), p));
   }
-}
-
-/* The shadow rays of a group's connections that bring light: their paths in key. */
-struct ShadowRays {
-  Batch &b;
-  Ray ray(uint i) const {
-    uint at = b.key[i];
-    return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
-                      b.distance[at], b.light_instance[at], b.light_primitive[at]);
-  }
-  void store(uint i, const Hit &h) {
-    uint at = b.key[i];
-    if (h.index == NONE) add_light(b, at, make_real3(b.cr[at], b.cg[at], b.cb[at]));
-  }
-};
-
-/* The same in scenes with transparent surfaces, which take their part: order has the shadows still on their way. */
-struct PassingRays {
-  Batch &b;
-  Scene s;
-  Params params;
-  uint features;
-  Ray ray(uint i) const { return b.shadows[b.order[i]].ray; }
-  void store(uint i, const Hit &h) {
-    Shadow &shadow = b.shadows[b.order[i]];
-    shadow = pass_shadow(s, params, shadow, h, features);
-  }
-};
-
-static void connect_batch(Batch &b, Scene s, Params params, Group g, uint features) {
-  Columns columns = b.columns();
-  uint count = 0;
-  for (uint i = g.first; i < g.end; i++) {
-    b.key[count] = i;
-    count += !is_dark(make_real3(b.cr[i], b.cg[i], b.cb[i]));
-  }
-  b.shadow += count;
-  ShadowRays rays{b};
-  if (!(features & FEATURE_TRANSPARENT)) {
-    trace_all(s, rays, count, 1);
-    return;
-  }
-  for (uint i = 0; i < count; i++) {
-    b.shadows[i] = make_shadow(rays.ray(i), path_passed(path_at(columns, b.key[i])));
-    b.order[i] = i;
-  }
-  PassingRays passing{b, s, params, features};
-  for (uint going = count; going > 0;) {
-    trace_all(s, passing, going, 0);
-    uint left = 0;
-    for (uint i = 0; i < going; i++) {
-      b.order[left] = b.order[i];
-      left += b.shadows[b.order[i]].going != 0;
-    }
-    going = left;
-  }
-  for (uint i = 0; i < count; i++)
-    add_light(b, b.key[i], make_real3(b.cr[b.key[i]], b.cg[b.key[i]], b.cb[b.key[i]]) * b.shadows[i].kept);
 }
 
 template <uint FEATURES>

@@ -241,5 +241,6 @@ def test_no_ray_slips_through_a_closed_body():
     corners = b.meshes[0][0][triangles[rng.integers(len(triangles), size=60000)]].astype(float)
     targets = corners[:, 0] + rng.integers(0, 9, (60000, 1)) / 8 * (corners[:, 1] - corners[:, 0])
     rays = rays_at(targets, origins).astype(np.float32)
-    for tree in (None, wide):
-        assert (hits(data, tree, rays)[:, 3] == 0).all()
+    for tree, packets in ((None, False), (wide, False), (wide, True)):
+        assert (hits(data, tree, rays, packets=packets)[:, 3] == 0).all()
+    assert (hits(data, wide, bundles(rays[::16]), packets=True)[:, 3] == 0).all()

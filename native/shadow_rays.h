@@ -1,0 +1,67 @@
+/* The rays from a group's surfaces to the lights drawn for them, traced together. Included once a variant. */
+#pragma once
+#include "batch.h"
+
+namespace isophote {
+namespace ISOPHOTE_VARIANT {
+
+/* The shadow rays of a group's connections that bring light: their paths in key. */
+struct ShadowRays {
+  Batch &b;
+  Ray ray(uint i) const {
+    uint at = b.key[i];
+    return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
+                      b.distance[at], b.light_instance[at], b.light_primitive[at]);
+  }
+  void store(uint i, const Hit &h) {
+    uint at = b.key[i];
+    if (h.index == NONE) add_light(b, at, make_real3(b.cr[at], b.cg[at], b.cb[at]));
+  }
+};
+
+/* The same in scenes with transparent surfaces, which take their part: order has the shadows still on their way. */
+struct PassingRays {
+  Batch &b;
+  Scene s;
+  Params params;
+  uint features;
+  Ray ray(uint i) const { return b.shadows[b.order[i]].ray; }
+  void store(uint i, const Hit &h) {
+    Shadow &shadow = b.shadows[b.order[i]];
+    shadow = pass_shadow(s, params, shadow, h, features);
+  }
+};
+
+static void connect_batch(Batch &b, Scene s, Params params, Group g, uint features) {
+  Columns columns = b.columns();
+  uint count = 0;
+  for (uint i = g.first; i < g.end; i++) {
+    b.key[count] = i;
+    count += !is_dark(make_real3(b.cr[i], b.cg[i], b.cb[i]));
+  }
+  b.shadow += count;
+  ShadowRays rays{b};
+  if (!(features & FEATURE_TRANSPARENT)) {
+    trace_all(s, rays, count, 1);
+    return;
+  }
+  for (uint i = 0; i < count; i++) {
+    b.shadows[i] = make_shadow(rays.ray(i), path_passed(path_at(columns, b.key[i])));
+    b.order[i] = i;
+  }
+  PassingRays passing{b, s, params, features};
+  for (uint going = count; going > 0;) {
+    trace_all(s, passing, going, 0);
+    uint left = 0;
+    for (uint i = 0; i < going; i++) {
+      b.order[left] = b.order[i];
+      left += b.shadows[b.order[i]].going != 0;
+    }
+    going = left;
+  }
+  for (uint i = 0; i < count; i++)
+    add_light(b, b.key[i], make_real3(b.cr[b.key[i]], b.cg[b.key[i]], b.cb[b.key[i]]) * b.shadows[i].kept);
+}
+
+}  // namespace ISOPHOTE_VARIANT
+}  // namespace isophote
