@@ -19,7 +19,7 @@ from isophote.passes import make_passes
 from isophote.scene import SceneError
 from isophote.session import Progress, Session
 
-from . import log, native
+from . import kept, log, native
 from .compat import catch_interrupts, frame_border, interrupted
 from .export import export_scene
 from .result import OpenResult, mark_failed, stamp
@@ -71,11 +71,14 @@ def render_layer(engine, depsgraph) -> None:
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     with ThreadPoolExecutor(1, "isophote") as worker:
         engine.update_stats("", "Isophote: preparing")
-        session = prepared(engine, worker.submit(Session, scene, settings))
+        names = blender_scene.name, view_layer.name
+        session = prepared(engine, worker.submit(Session, scene, settings,
+                                                 kept=None if engine.is_preview else kept.take(*names)))
         with session:
             shown = [] if engine.is_preview else log.notes(session.notes)
             finish = render_session(engine, worker, session, view_layer.name)
             if not engine.is_preview:
+                kept.keep(*names, session.prepared.geometry)
                 log.notes(session.notes, shown)
                 log.finished(session.result(), export_seconds)
         if finish:

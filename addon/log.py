@@ -57,9 +57,12 @@ def finished(result: dict, export_seconds: float) -> None:
     """The last line of a render; `result` is Session.result()."""
     stopped = "" if result["why_stopped"] == "samples" else f", stopped by {result['why_stopped'] or 'an error'}"
     strict = result["strict"] if isinstance(result["strict"], str) else "strict"
+    drawn = result["samples_by_device"]
+    shares = f" ({', '.join(f'{count} by {name}' for name, count in drawn.items())})" if len(drawn) > 1 else ""
     line(
-        f"device {result['device']}, {result['samples']} samples, {result['samples_per_second']:.4g} samples/s, "
-        f"error {percent(result['error'])}, export {export_seconds:.2f} s, build {result['build_seconds']:.2f} s, "
+        f"device {result['device']}, {result['samples']} samples{shares}, "
+        f"{result['samples_per_second']:.4g} samples/s, error {percent(result['error'])}, "
+        f"export {export_seconds:.2f} s, build {result['build_seconds']:.2f} s, "
         f"compile {result['compile_seconds']:.2f} s, render {result['render_seconds']:.2f} s, {strict}{stopped}"
     )
 

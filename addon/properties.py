@@ -53,6 +53,11 @@ class IsophoteSceneSettings(bpy.types.PropertyGroup):
     opencl_device: IntProperty(
         name="OpenCL Device", description="Number of the device, -1 for the first that is usable", default=-1, min=-1
     )
+    wait_for_kernels: BoolProperty(
+        name="Wait for Kernels",
+        description="Do not let the CPU render while an OpenCL device compiles; the bits are the same either way",
+        default=DEFAULTS.wait_for_kernels,
+    )
     precision: EnumProperty(name="Precision", items=PRECISION_ITEMS, default=DEFAULTS.precision)
     max_bounces: bounces("max_bounces", "Bounces of a path, 0 for direct light only")
     diffuse_bounces: bounces("diffuse_bounces", "Diffuse bounces of a path")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import engine, operators, panels, properties, ui
+from . import engine, kept, operators, panels, properties, ui
 
 MODULES = (properties, operators, engine, ui)
 
@@ -15,11 +15,13 @@ def register() -> None:
         for cls in module.CLASSES:
             bpy.utils.register_class(cls)
     properties.attach()
+    kept.attach()
     panels.open_panels(engine.IsophoteRenderEngine.bl_idname)
 
 
 def unregister() -> None:
     panels.close_panels(engine.IsophoteRenderEngine.bl_idname)
+    kept.detach()
     properties.detach()
     for module in reversed(MODULES):
         for cls in reversed(module.CLASSES):

@@ -14,6 +14,7 @@ SAME = (
     "time_limit",
     "seed",
     "precision",
+    "wait_for_kernels",
     "max_bounces",
     "diffuse_bounces",
     "glossy_bounces",

@@ -54,6 +54,7 @@ class ISOPHOTE_PT_device(PanelBase, bpy.types.Panel):
         column.prop(own, "device")
         if own.device == "opencl":
             column.prop(own, "opencl_device")
+            column.prop(own, "wait_for_kernels")
             self.draw_found(column)
         column.prop(own, "precision")
         if own.precision == "reference" and own.device != "openmp":

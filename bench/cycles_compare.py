@@ -10,7 +10,6 @@ are compared. Prints a row of JSON for each scene; --report writes README.md and
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import tempfile
 from dataclasses import replace
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.common import print_row
 from bench.comparison_report import write_report
 from bench.cycles_process import Cycles, exported, same_settings
 from bench.replicates import compare_replicates, render_film, render_replicates, uploaded
@@ -98,7 +98,7 @@ def main() -> int:
         made = options.made or Path(folder)
         for blend in options.files or [*own_scenes(), *ignis_box(), *made_scenes(made)]:
             row, pictures = compare_scene(blend, options)
-            print(json.dumps(row), flush=True)
+            print_row(row)
             rows.append(row)
             if options.report:
                 write_report(options.report, row, pictures)

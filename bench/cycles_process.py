@@ -16,7 +16,6 @@ from isophote.blender_process import export_blend
 from isophote.scene import Scene, load_scene
 from isophote.settings import Settings
 
-ROOT = Path(__file__).resolve().parents[1]
 WORKER = Path(__file__).with_name("cycles_worker.py")
 MARK = "ISOPHOTE-CYCLES "
 
@@ -53,13 +52,13 @@ class Cycles:
         self.info = self.read()
 
     def read(self) -> dict:
-        """The next answer. Raises CyclesError where the process ends before it."""
-        lines = []
+        """The next answer; `said` is what stood before it. Raises CyclesError where the process ends first."""
+        self.said: list[str] = []
         for line in self.process.stdout:
             if line.startswith(MARK):
                 return json.loads(line[len(MARK):])
-            lines.append(line)
-        raise CyclesError("Cycles ended without an answer:\n" + "".join(lines[-15:]))
+            self.said.append(line)
+        raise CyclesError("Cycles ended without an answer:\n" + "".join(self.said[-15:]))
 
     def ask(self, **request) -> dict:
         self.process.stdin.write(json.dumps(request) + "\n")

@@ -13,14 +13,13 @@ Prints a row of JSON for each scene.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import statistics
 import tempfile
-import time
 from dataclasses import replace
 from pathlib import Path
 
+from bench.common import in_turn, print_row, seconds_of
 from bench.cycles_process import Cycles, exported, same_settings
 from bench.replicates import render_film, uploaded
 from bench.scenes import made_scenes
@@ -37,27 +36,22 @@ def cycles_seconds(cycles: Cycles, samples: int, seed: int) -> float:
     return seconds
 
 
-def isophote_seconds(device, scene, settings) -> float:
-    started = time.perf_counter()
-    render_film(device, scene, settings)
-    return time.perf_counter() - started
-
-
 def time_scene(blend: Path, samples: int, rounds: int, threads: int) -> dict:
     with Cycles(blend, threads=threads) as cycles:
         settings = same_settings(cycles.info, samples=samples, threads=threads)
         scene = exported(blend, tuple(cycles.info["size"]))
         with uploaded(scene, settings) as device:
             cycles.seconds(WARM, 0)  # builds its tree
-            isophote_seconds(device, scene, replace(settings, samples=1))
-            times = []
-            for seed in range(1, rounds + 1):
-                theirs = cycles_seconds(cycles, samples, seed)
-                times.append((theirs, isophote_seconds(device, scene, replace(settings, seed=seed))))
+            render_film(device, scene, replace(settings, samples=1))
+            seeds = iter(range(1, 2 * rounds + 1))
+            times = in_turn({
+                "cycles": lambda: cycles_seconds(cycles, samples, next(seeds)),
+                "isophote": lambda: seconds_of(
+                    lambda: render_film(device, scene, replace(settings, seed=next(seeds))))}, rounds)
             driver = device.driver
     count = samples * int(scene.resolution[0]) * int(scene.resolution[1])
-    ratios = [theirs / ours for theirs, ours in times]
-    theirs, ours = (statistics.median(column) for column in zip(*times, strict=True))
+    ratios = [theirs / ours for theirs, ours in zip(times["cycles"], times["isophote"], strict=True)]
+    theirs, ours = (statistics.median(times[engine]) for engine in ("cycles", "isophote"))
     return {
         "scene": blend.stem,
         "size": cycles.info["size"],
@@ -89,7 +83,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for blend in options.files or made_scenes(options.made or Path(folder)):
             row = time_scene(blend, options.samples, options.rounds, options.threads or os.cpu_count() or 1)
-            print(json.dumps(row), flush=True)
+            print_row(row)
 
 
 if __name__ == "__main__":

@@ -11,13 +11,13 @@ samples a second, seconds of preparing the scene and of compiling kernels. Needs
 from __future__ import annotations
 
 import argparse
-import json
 import statistics
 import time
 from pathlib import Path
 
 import numpy as np
 
+from bench.common import print_row, seconds_of
 from isophote.device import open_device
 from isophote.prepare import prepare
 from isophote.records import numbers
@@ -35,11 +35,7 @@ def measure(prepared, settings: Settings, samples: int, rounds: int) -> dict:
         width, height = prepared.resolution
         sums = np.zeros((numbers()["PLANES_COMBINED"], height, width), np.float32)
         item = WorkItem((0, 0, width, height), 0, samples)
-        seconds = []
-        for _ in range(1 + rounds):
-            started = time.perf_counter()
-            device.render(item, settings, sums, lambda: False)
-            seconds.append(time.perf_counter() - started)
+        seconds = [seconds_of(lambda: device.render(item, settings, sums, lambda: False)) for _ in range(1 + rounds)]
         speed = width * height * samples / statistics.median(seconds[1:]) / 1e6
         return {"name": device.name, "driver": device.driver, "strict": device.strict,
                 "msamples_per_second": round(speed, 3), "seconds": [round(s, 4) for s in seconds[1:]],
@@ -74,8 +70,8 @@ def main() -> None:
                                                    [int(n) for n in options.threads.split(",")]):
             settings = Settings(device=device, precision=precision, threads=threads, **limits)
             row = measure(prepared, settings, options.samples, options.rounds)
-            print(json.dumps({"scene": path.stem, "device": device, "precision": precision, "threads": threads,
-                              "load_and_build_seconds": loading, **row}), flush=True)
+            print_row({"scene": path.stem, "device": device, "precision": precision, "threads": threads,
+                       "load_and_build_seconds": loading, **row})
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ tests/parity compares with the functions of this file.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import tempfile
 import time
@@ -20,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.common import print_row
 from isophote.device import DeviceError, open_device
 from isophote.film import Film, load_film, merge
 from isophote.passes import PASSES, make_passes, planes_for
@@ -134,8 +134,8 @@ def compare_scene(path: Path, arguments, settings: Settings) -> int:
         first = first or film
         counts = differences(first, film)
         total += sum(counts.values())
-        print(json.dumps({"scene": path.stem, **variant, **device, "samples": film.samples, "floats": film.open.size,
-                          "differing": counts, "equal": not any(counts.values())}), flush=True)
+        print_row({"scene": path.stem, **variant, **device, "samples": film.samples, "floats": film.open.size,
+                   "differing": counts, "equal": not any(counts.values())})
     return total
 
 
@@ -158,8 +158,8 @@ def main(argv=None) -> int:
     arguments = parsed(argv)
     settings = Settings(samples=arguments.samples, seed=arguments.seed, passes=EVERY_PASS)
     total = sum(compare_scene(path, arguments, settings) for path in arguments.scenes)
-    print(json.dumps({"verdict": "the same bits" if total == 0 else "bits differ", "differing": total,
-                      "scenes": len(arguments.scenes)}))
+    print_row({"verdict": "the same bits" if total == 0 else "bits differ", "differing": total,
+               "scenes": len(arguments.scenes)})
     return 1 if total else 0
 
 

@@ -322,7 +322,38 @@ def instances():
     camera((0.0, -4.5, 3.7), (0.0, 0.18, 0.05), 43.5)
 
 
-SCENES = {function.__name__: function for function in (cornell_box, sphere_box, torus_box, monkey_box, instances)}
+def garlands():
+    """Many lights: four strings of 60 glowing bulbs (8 triangles each) before a wall that 60 spots graze."""
+    scene = new_scene(640, 400)
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = 4
+    wall, floor = diffuse("wall", (0.55, 0.50, 0.44)), diffuse("floor", (0.30, 0.26, 0.22))
+    quad("floor", [(-6, -5, 0), (6, -5, 0), (6, 3, 0), (-6, 3, 0)], floor)
+    quad("wall", [(-6, 3, 0), (6, 3, 0), (6, 3, 5), (-6, 3, 5)], wall)
+    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    bulb = new_mesh("bulb", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1.4), (0, 0, -1.4)], faces)
+    colors = [emission(f"glow {k}", color, 60.0) for k, color in enumerate(
+        (WARM, (1.0, 0.45, 0.20), (0.45, 0.75, 1.0), (1.0, 0.30, 0.40), (0.50, 1.0, 0.55)))]
+    for string, (y, top, sag) in enumerate(((-2.6, 2.3, 0.9), (-1.0, 2.9, 1.1), (0.7, 3.4, 1.3), (2.2, 4.0, 1.5))):
+        for k in range(60):
+            x = (k + 0.5) / 60 * 2.0 - 1.0
+            z = top - sag * (1.0 - x * x) + 0.04 * math.sin(7.0 * k)
+            new_object(f"bulb {string}.{k}", bulb, colors[(3 * k + string) % 5],
+                       (5.2 * x, y + 0.1 * math.sin(5.0 * k), z), scale=(0.028, 0.028, 0.028))
+    for k in range(60):
+        lamp = bpy.data.lights.new(f"spot {k}", "SPOT")
+        lamp.energy, lamp.color, lamp.spot_size, lamp.spot_blend = 9.0, (1.0, 0.9, 0.75), math.radians(50), 0.4
+        lamp.shadow_soft_size = 0.0
+        new_object(f"spot {k}", lamp, location=(-5.8 + 11.6 * k / 59, 2.8, 0.02), rotation=(math.radians(165), 0, 0))
+    cube, steel = box_mesh(), glossy("steel", (0.80, 0.80, 0.82), 0.25)
+    for k in range(9):
+        size = 0.5 + 0.25 * (k % 3)
+        new_object(f"block {k}", cube, steel if k % 3 == 1 else wall, (-4.4 + 1.1 * k, -1.6 + 1.3 * (k % 4), 0.0),
+                   (0, 0, 0.4 * k), (size, size, 0.6 + 0.5 * (k % 2)))
+    camera((0.0, -9.5, 2.6), (0.0, 0.0, 1.7), 47.0)
+
+
+SCENES = {function.__name__: function for function in (cornell_box, sphere_box, torus_box, monkey_box, instances,
+                                                       garlands)}
 
 
 def save(folder, name):

@@ -59,7 +59,7 @@ foreach(variant IN LISTS ISOPHOTE_VARIANTS)
   elseif(precision STREQUAL "reference")
     # In double everything is promoted, and speed is not what it is for.
     target_compile_definitions(${target} PRIVATE ISOPHOTE_REFERENCE)
-    target_compile_options(${target} PRIVATE -Wno-double-promotion)
+    target_compile_options(${target} PRIVATE -Wno-double-promotion -Wno-pass-failed)
   endif()
   if(NOT precision STREQUAL "reference")
     target_compile_options(${target} PRIVATE ${vector_flags})

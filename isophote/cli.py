@@ -20,6 +20,8 @@ from isophote.compare import CompareError, compare
 from isophote.device import DeviceError, list_devices
 from isophote.film import FilmError
 from isophote.images import ImageError, check_place, read_image
+from isophote.kernel_cache import describe_cache
+from isophote.memory import readable
 from isophote.render_command import Interrupted, Job, checked_settings, export_scene_file, open_scene, render_job
 from isophote.scene import FIELDS, SceneError
 from isophote.settings import PRECISIONS, Settings
@@ -103,16 +105,19 @@ def cli():
 @click.option("--time", "time_limit", type=click.FloatRange(min=0, min_open=True), metavar="S",
               help="Stop after this many seconds of rendering.")
 @click.option("--device", default=DEFAULTS.device, show_default=True, help="openmp, opencl or opencl:N.")
+@click.option("--wait-for-kernels", is_flag=True, default=None,
+              help="Do not let the CPU render while an OpenCL device compiles its kernels.")
 @click.option("--threads", type=click.IntRange(min=0), default=DEFAULTS.threads, help="CPU threads (default: all).")
 @click.option("--precision", type=click.Choice(PRECISIONS), default=DEFAULTS.precision, show_default=True)
 @click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1), help="Seed (default: the file's, else 0).")
 @click.option("--passes", help="Comma-separated, or all (default: all for .exr, combined for .png).")
+@click.option("--explain", is_flag=True, help="Say what the kernels were compiled for and what memory was used.")
 @frame_option
 @size_option
 @blender_option
 @json_option
 @reported
-def render(scene, output, frame, size, blender, json, **options):
+def render(scene, output, frame, size, blender, explain, json, **options):
     """Render FILE, a .blend or an exported .npz, with the file's own settings where no option is given."""
     job = Job(scene, output, *checked_settings(output, **options), frame, size, blender)
     result = render_job(job, stderr)
@@ -120,6 +125,8 @@ def render(scene, output, frame, size, blender, json, **options):
         print_json(result)
     else:
         print_result(result)
+        if explain:
+            print_explanation(result)
     if result["partial"]:
         raise Interrupted(f"{output} holds the {result['samples']} samples that were done and is marked as partial")
 
@@ -128,11 +135,24 @@ def print_result(result: dict) -> None:
     error = "unknown" if result["error"] is None else f"{100 * result['error']:.2f} % of the mean brightness"
     click.echo(f"picture    {result['output']}{' (partial)' if result['partial'] else ''}")
     click.echo(f"device     {result['device']} ({result['driver']})")
+    if len(result["samples_by_device"]) > 1:
+        drawn = ", ".join(f"{count} by {name}" for name, count in result["samples_by_device"].items())
+        click.echo(f"drawn      {drawn}")
     click.echo(f"samples    {result['samples']} a pixel, {result['samples_per_second'] / 1e6:.3f} million a second, "
                f"{result['render_seconds']:.2f} s")
     click.echo(f"error      {error}")
     for note in result["notes"]:
         click.echo(f"note       {note['name']}: {note['what']}")
+
+
+def print_explanation(result: dict) -> None:
+    """What of the scene decides the work: the JSON holds the same."""
+    for label, used in (("used", True), ("left out", False)):
+        names = [name.replace("_", " ") for name, is_used in result["features"].items() if is_used is used]
+        click.echo(f"{label:<10} {', '.join(names) or 'nothing'}")
+    if result["kernels_from"]:
+        click.echo(f"kernels    from the {result['kernels_from']} in {result['compile_seconds']:.2f} s")
+    click.echo(f"memory     {', '.join(f'{name} {readable(size)}' for name, size in result['memory'].items())}")
 
 
 @cli.command()
@@ -200,10 +220,10 @@ def info(scene, frame, blender, json):
 @json_option
 @reported
 def devices(json):
-    """List every device with its driver, and where one cannot be used, why."""
-    found = list_devices()
+    """List every device with its driver, and where one cannot be used, why; and where built kernels are kept."""
+    found, cache = list_devices(), describe_cache()
     if json:
-        print_json({"devices": [vars(device) for device in found]})
+        print_json({"devices": [vars(device) for device in found], "kernel_cache": cache})
         return
     for device in found:
         if device.usable:
@@ -211,6 +231,11 @@ def devices(json):
             click.echo(f"{device.id:<10} {device.name} ({device.driver}), {strict}")
         else:
             click.echo(f"{device.id:<10} {device.name} cannot be used: {device.why_not}")
+    if cache["folder"]:
+        size, limit = (f"{cache[name] / 1e6:.1f} MB" for name in ("bytes", "limit"))
+        click.echo(f"kernels    kept in {cache['folder']}: {cache['entries']} entries, {size} of at most {limit}")
+    else:
+        click.echo("kernels    not kept")
 
 
 @cli.command(name="compare")

@@ -20,12 +20,19 @@ class DeviceError(RuntimeError):
     """A device that cannot be used or that failed; the message names it and says why (with the driver's log)."""
 
 
+class SceneTooLarge(DeviceError):
+    """A scene that does not fit into memory, found out before anything is rendered; names needed and free bytes."""
+
+
 class Device(Protocol):
     """Something that turns work items into sums of samples.
 
     `strict` is True where the device gives strict mode's bits, else the reason why not;
-    `compile_seconds` is the time spent compiling kernels so far. Every method may raise DeviceError;
-    a failed `render` leaves `sums` as it was, so that another device can go on from there.
+    `compile_seconds` is the time spent compiling kernels so far, `kernels_from` says where the last ones
+    came from ("compiler", "cache", or "" for a device whose code is built in); `notes` are what a user
+    should know, in the form of a scene's notes; `memory` is what it holds, in bytes by name. Every method
+    may raise DeviceError; a failed `render` leaves `sums` as it was, so that another device can go on
+    from there.
     """
 
     name: str
@@ -33,15 +40,21 @@ class Device(Protocol):
     kind: str  # "openmp", "opencl"
     strict: bool | str
     compile_seconds: float
+    kernels_from: str
+    notes: list[dict]
+    memory: dict[str, int]
+
+    def check_room(self, prepared: Prepared) -> None:
+        """Raises SceneTooLarge where the scene does not fit into the device's memory."""
 
     def upload(self, prepared: Prepared) -> None:
-        """Take over a prepared scene; what the device held before is dropped."""
+        """Take over a prepared scene that has room; what the device held before is dropped."""
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """Add the item's samples, in the order of their numbers, to `sums`, float32 (planes, h, w) of its region.
 
-        Returns the samples added to every pixel: item.samples, or fewer whole ones where `cancelled`,
-        asked at least every 0.2 s, gave True.
+        Returns the samples added to every pixel: item.samples, or fewer whole ones, 0 only where
+        `cancelled`, asked at least every 0.2 s, gave True.
         """
 
     def close(self) -> None:

@@ -9,20 +9,26 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from isophote.device import DeviceError, DeviceInfo
+from isophote.kernel_build import KernelBuild, build_key
+from isophote.kernel_cache import open_cache
+from isophote.memory import BUFFER, DEVICE, check_device_memory, lowered
 from isophote.params import make_params
+from isophote.passes import planes_for
 from isophote.prepare import Prepared
 from isophote.records import header_path, numbers, scene_buffers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
+from isophote.wavefront import Wavefront, path_columns
 
-GROUP = 64  # work-items of a group
-PATHS_ON_GPU, PATHS_ON_CPU = 1 << 21, 1 << 15
-BOUNCES_BETWEEN_LOOKS = 8  # the queue's length is read that often, to stop early and to cancel
-BYTES_PER_PATH = 4 * (12 + 7 + 6 + 13 + 4 + 10 + 3)
+PATHS_ON_GPU, PATHS_ON_CPU = 1 << 22, 1 << 15
+FEWEST_PATHS = 1 << 12  # with fewer in flight a device would wait for its launches
+PATHS_SHARE = 0.5  # of the memory that the scene leaves: others want some, too
 
 
 def import_pyopencl():
@@ -86,8 +92,8 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     return options
 
 
-def kernel_source() -> str:
-    """kernels/wavefront.cl with its headers put in, each once: one text that caches can be keyed by."""
+def kernel_source(entry: Path | None = None) -> str:
+    """kernels/wavefront.cl, or another file, with its headers put in, each once: a text that caches can be keyed by."""
     seen: set = set()
 
     def expand(path) -> str:
@@ -100,7 +106,7 @@ def kernel_source() -> str:
             lines.append(expand((path.parent / include.group(1)).resolve()) if include else line)
         return "\n".join(lines)
 
-    return expand(header_path("wavefront.cl").resolve())
+    return expand((entry or header_path("wavefront.cl")).resolve())
 
 
 class OpenCLDevice:
@@ -116,11 +122,16 @@ class OpenCLDevice:
         self.name, self.driver = info.name, info.driver
         self.strict = info.strict if settings.precision == "strict" else f"precision {settings.precision} was asked for"
         self.settings = settings
-        self.compile_seconds = 0.0
+        self.compile_seconds, self.kernels_from = 0.0, ""
+        self.notes: list[dict] = []
+        self.built: KernelBuild | None = None
         self.context = self.calling(self.cl.Context, [self.device])
         self.queue = self.calling(self.cl.CommandQueue, self.context)
+        self.total_memory = lowered(self.device.global_mem_size, DEVICE)
+        self.largest_buffer = lowered(min(self.device.max_mem_alloc_size, self.total_memory), BUFFER)
+        self.memory: dict[str, int] = {}
         self.scene: list = []
-        self.capacity = 0
+        self.wavefront: Wavefront | None = None
 
     def calling(self, function, *arguments, **named):
         """Call into OpenCL; its errors come out as DeviceError naming the device."""
@@ -135,40 +146,72 @@ class OpenCLDevice:
             return self.calling(self.cl.Buffer, self.context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=array)
         return self.calling(self.cl.Buffer, self.context, flags.READ_WRITE, max(size, 4))
 
+    def check_room(self, prepared: Prepared) -> None:
+        """Raises SceneTooLarge where the scene, its film and the fewest paths do not fit."""
+        x0, y0, x1, y1 = self.settings.region or (0, 0, *prepared.resolution)
+        planes = planes_for(self.settings.passes)
+        columns = path_columns(planes > numbers()["PLANES_COMBINED"])
+        paths = min(FEWEST_PATHS, (x1 - x0) * (y1 - y0))
+        parts = {name: buffer.nbytes for name, buffer in prepared.buffers.items()}
+        check_device_memory(self.name, parts | {"film": 4 * planes * (x1 - x0) * (y1 - y0),
+                                                "paths": 4 * sum(columns.values()) * paths},
+                            self.total_memory, self.largest_buffer)
+
     def upload(self, prepared: Prepared) -> None:
         """Copy the scene's buffers and compile the kernels for its features."""
         assert list(prepared.buffers) == list(scene_buffers())
+        self.check_room(prepared)
+        self.scene = []
         self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
+        self.memory = {"scene": sum(buffer.nbytes for buffer in prepared.buffers.values())}
+        self.wavefront = None
+        self.build(kernel_source(), build_options(self.device, self.settings, prepared))
+
+    def build(self, source: str, options: list[str]) -> None:
+        """Make the kernels ready, unless they are already those of this source and these options."""
+        if self.built and self.built.key == build_key(self.device, source, options):
+            return
+        self.keep_kernels()
         started = time.perf_counter()
-        program = self.cl.Program(self.context, kernel_source())
         try:
-            program.build(options=build_options(self.device, self.settings, prepared))
+            self.built = KernelBuild(self.cl, self.context, self.device, source, options, open_cache())
         except self.cl.Error as error:
             raise DeviceError(f"opencl: the kernels do not compile for {self.name}: {error}") from error
-        self.kernels = {name: self.calling(self.cl.Kernel, program, name)
-                        for name in ("generate", "extend", "shade", "connect", "accumulate")}
+        self.warm_up()
+        self.kernels_from = "cache" if self.built.from_cache else "compiler"
         self.compile_seconds += time.perf_counter() - started
+        for problem in self.built.problems:
+            self.note(problem)
+
+    def keep_kernels(self) -> None:
+        if self.built:
+            self.built.keep(self.note)
+            self.built = None
+
+    def warm_up(self) -> None:
+        """Render one sample of one pixel: PoCL compiles a kernel when it first runs, others load it then."""
+        settings = replace(self.settings, passes=("combined",))
+        self.render(WorkItem((0, 0, 1, 1), 0, 1), settings, np.zeros((planes_for(settings.passes), 1, 1), np.float32),
+                    lambda: False)
+
+    def note(self, what: str) -> None:
+        self.notes.append({"kind": "device", "name": self.name, "what": what})
 
     def reserve(self, paths: int, aovs: bool) -> None:
         """Make room for the state of so many paths."""
-        if paths <= self.capacity and aovs <= self.has_aovs:
+        if self.wavefront and paths <= self.wavefront.paths and aovs <= self.wavefront.aovs:
             return
-        self.capacity, self.has_aovs = paths, aovs
-        n = numbers()
-        planes = n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1
-        for name, columns in {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 3, "light_reals": 10,
-                              "light_uints": 3, "results": 4, "aovs": planes}.items():
-            setattr(self, name, self.buffer(4 * columns * paths))
-        self.queues = [self.buffer(4 * paths) for _ in range(2)]
-        self.light_queue = self.buffer(4 * paths)
+        self.wavefront = None
+        self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, self.scene, paths, aovs)
+        self.memory["paths"] = 4 * sum(path_columns(aovs).values()) * paths
 
-    has_aovs = False
-
-    def paths_at_once(self, item: WorkItem) -> int:
+    def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:
         """Paths in flight: as many as the device has use and memory for, whole pixels, at least one."""
+        columns = path_columns(aovs)
+        room = self.total_memory - self.memory["scene"] - film_bytes
+        fitting = min(PATHS_SHARE * room / sum(columns.values()), self.largest_buffer / max(columns.values())) // 4
         gpu = bool(self.device.type & self.cl.device_type.GPU)
-        fitting = self.device.global_mem_size // 4 // BYTES_PER_PATH
-        pixels = max(1, min(PATHS_ON_GPU if gpu else PATHS_ON_CPU, fitting) // item.samples)
+        pixels = max(1, int(min(PATHS_ON_GPU if gpu else PATHS_ON_CPU, fitting)) // item.samples)
         x0, y0, x1, y1 = item.region
         return min(pixels, (x1 - x0) * (y1 - y0)) * item.samples
 
@@ -176,60 +219,26 @@ class OpenCLDevice:
         """As Device.render; `sums` stay as they were where the item was cancelled or the device failed."""
         params = make_params(item, settings)
         aovs = sums.shape[0] > numbers()["PLANES_COMBINED"]
-        paths = self.paths_at_once(item)
+        self.memory["film"] = sums.nbytes
+        paths = self.paths_at_once(item, sums.nbytes, aovs)
         self.reserve(paths, aovs)
         film = self.buffer(array=np.ascontiguousarray(sums))
         params_buffer = self.buffer(array=params)
         x0, y0, x1, y1 = item.region
         pixels = (x1 - x0) * (y1 - y0)
         at_once = paths // item.samples
+        bounces = settings.max_bounces + settings.transparent_bounces + 3
         for first in range(0, pixels, at_once):
-            if not self.render_pixels(params_buffer, settings, film, first, min(at_once, pixels - first), item.samples,
-                                      cancelled):
+            if not self.calling(self.wavefront.trace, params_buffer, film, first, min(at_once, pixels - first),
+                                item.samples, bounces, cancelled):
                 return 0
         made = np.empty_like(sums)
         self.calling(self.cl.enqueue_copy, self.queue, made, film)
         sums[:] = made
         return item.samples
 
-    def render_pixels(self, params, settings: Settings, film, first: int, pixels: int, samples: int, cancelled) -> bool:
-        """Trace all samples of some pixels to their end; False where cancelled."""
-        u, stride, count = np.uint32, np.uint32(self.capacity), pixels * samples
-        path = (self.reals, self.uints, stride)
-        hit, light = (self.hit_reals, self.hit_uints), (self.light_reals, self.light_uints)
-        result = (self.results, self.aovs)
-        limit = settings.max_bounces + settings.transparent_bounces + 3
-        lengths = np.zeros(2 * limit + 2, np.uint32)
-        lengths[0] = count
-        counts = self.calling(self.cl.Buffer, self.context,
-                              self.cl.mem_flags.READ_WRITE | self.cl.mem_flags.COPY_HOST_PTR, hostbuf=lengths)
-        self.launch("generate", count, *self.scene, params, *path, *result, self.queues[0], u(first), u(count))
-        strided = min(count, self.device.max_compute_units * 2048)
-        for bounce in range(limit):
-            now, following = self.queues[bounce % 2], self.queues[1 - bounce % 2]
-            self.launch("extend", strided, *self.scene, params, *path, *hit, now, counts, u(bounce))
-            self.launch("shade", strided, *self.scene, params, *path, *hit, *light, *result, now, following,
-                        self.light_queue, counts, u(bounce))
-            self.launch("connect", strided, *self.scene, params, stride, *light, self.results, self.light_queue, counts,
-                        u(bounce))
-            if bounce % BOUNCES_BETWEEN_LOOKS == BOUNCES_BETWEEN_LOOKS - 1:
-                if cancelled():
-                    return False
-                left = np.zeros(1, np.uint32)
-                self.calling(self.cl.enqueue_copy, self.queue, left, counts, src_offset=8 * (bounce + 1))
-                if not left[0]:
-                    break
-        self.launch("accumulate", pixels, params, stride, *result, film, u(first), u(pixels))
-        return not cancelled()
-
-    def launch(self, name: str, count: int, *arguments) -> None:
-        """Enqueue a kernel over at least `count` work-items."""
-        self.calling(self.kernels[name], self.queue, (-(-count // GROUP) * GROUP,), (GROUP,), *arguments)
-
     def close(self) -> None:
-        """Drop all buffers; the driver frees them with their last reference."""
+        """Drop all buffers."""
         self.queue.finish()
-        self.scene, self.capacity = [], 0
-        for name in ("reals", "uints", "hit_reals", "hit_uints", "light_reals", "light_uints", "results", "aovs",
-                     "queues", "light_queue", "kernels"):
-            self.__dict__.pop(name, None)
+        self.keep_kernels()
+        self.scene, self.memory, self.wavefront = [], {}, None

@@ -12,7 +12,6 @@ import numpy as np
 from isophote.device import DeviceError
 from isophote.params import make_params
 from isophote.prepare import Prepared
-from isophote.records import scene_buffers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
@@ -27,7 +26,9 @@ class OpenMPDevice:
 
     kind = "openmp"
     strict: bool | str = True
-    compile_seconds = 0.0
+    compile_seconds, kernels_from = 0.0, ""
+    notes: list[dict] = []
+    memory: dict[str, int] = {}
 
     def __init__(self, settings: Settings):
         try:
@@ -43,28 +44,27 @@ class OpenMPDevice:
             self.strict = f"precision {settings.precision} was asked for"
         self.buffers: list[np.ndarray] = []
         self.tree = None
+        self.rays = np.zeros(2, np.uint64)  # paths' rays and shadow rays traced so far
         # One thread for all items: to OpenMP a new caller is a new team of threads.
         self.worker = ThreadPoolExecutor(1, "isophote-openmp")
+
+    def check_room(self, prepared: Prepared) -> None:
+        """Nothing: the buffers lie in the host's memory already (memory.check_host_memory)."""
 
     def upload(self, prepared: Prepared) -> None:
         """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree."""
         made = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in prepared.buffers.items()}
         self.buffers = list(made.values())
-        self.tree = self.native.make_wide_tree(made["nodes"], made["triangles"], made["instances"],
-                                               int(prepared.buffers["world"]["root"][0]), self.threads)
-
-    @property
-    def bytes(self) -> dict[str, int]:
-        """Memory of each of the scene's arrays, and of the CPU's own tree."""
-        return {**{name: buffer.nbytes for name, buffer in zip(scene_buffers(), self.buffers, strict=True)},
-                **self.tree.bytes}
+        self.tree = prepared.geometry.wide_tree
+        self.memory = {"scene": sum(buffer.nbytes for buffer in self.buffers), "tree": sum(self.tree.bytes.values()),
+                       "paths": self.threads * self.native.batch_bytes(self.variant)}
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""
         params = make_params(item, settings)
-        made, flag = sums.copy(), np.zeros(1, np.int32)
+        made, rays, flag = sums.copy(), np.zeros(2, np.uint64), np.zeros(1, np.int32)
         work = self.worker.submit(self.native.render, self.variant, self.buffers, self.tree, params, self.threads, made,
-                                  flag)
+                                  rays, flag)
         while not wait([work], POLL_SECONDS).done:
             if cancelled():
                 flag[0] = 1
@@ -74,6 +74,7 @@ class OpenMPDevice:
         except MemoryError as error:
             raise DeviceError("openmp: out of memory while rendering") from error
         sums[:] = made
+        self.rays += rays
         return item.samples
 
     def close(self) -> None:

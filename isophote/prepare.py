@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from isophote.geometry import make_geometry
-from isophote.lights import light_records
+from isophote.geometry import Geometry, make_geometry
+from isophote.light_tree import make_light_tree, shining
+from isophote.lights import light_records, triangle_lights
 from isophote.materials import OPERATIONS, is_delta
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+TRANSMITTING = ("refraction", "glass", "principled_glass")
 FILTER_STEPS = 1024
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
 
@@ -27,34 +29,35 @@ class Prepared:
     """
 
     buffers: dict[str, np.ndarray]
+    geometry: Geometry
     features: int
     resolution: tuple[int, int]
     build_seconds: float
     notes: list[dict] = field(default_factory=list)
 
 
-def prepare(scene: Scene) -> Prepared:
-    """Build everything that kernels need from a scene that validate.clean has passed."""
+def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
+    """Build everything that kernels need from a scene that validate.clean has passed.
+
+    `kept` is the geometry of another scene, often of the frame before: what is the same is used again.
+    """
     started = time.perf_counter()
-    buffers, root = make_geometry(scene)
+    geometry = make_geometry(scene, kept)
+    buffers = dict(geometry.buffers)
     materials, instructions = make_materials(scene)
-    lamps, lamp_power = light_records(scene)
-    triangles, triangle_power = triangle_lights(scene, materials)
-    lights = np.concatenate([lamps, triangles])
-    power = np.concatenate([lamp_power, triangle_power])
-    lights, alias = choose_lights(lights, power)
-    if len(lights):
-        luminous = materials["emission"].astype(np.float64) @ LUMINANCE
-        materials["emission_pdf"] = luminous * 2 * np.pi / power.sum()
+    lamps = shining(light_records(scene))
+    lights = np.concatenate([lamps, shining(triangle_lights(scene, materials))])
+    light_tree, light_depth = make_light_tree(lights)
     features = find_features(scene, buffers, materials, lights, len(lamps))
     buffers |= {
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
-        "slot_materials": scene.slot_materials, "lights": lights, "light_alias": alias,
+        "slot_materials": scene.slot_materials, "lights": lights, "light_tree": light_tree,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=root,
-                              light_count=len(lights), lamp_count=min(len(lamps), len(lights)), features=features)}
+        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=geometry.root,
+                              light_count=len(lights), lamp_count=len(lamps), light_depth=light_depth,
+                              features=features)}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype) for name, dtype in scene_buffers().items()}
-    return Prepared(buffers, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+    return Prepared(buffers, geometry, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 
 
 def make_camera(scene: Scene) -> np.ndarray:
@@ -84,71 +87,14 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         material["first"], material["count"] = placed, len(rest)
         material["flags"] = (bool(material["emission"].any()) * n["MATERIAL_EMITS"]
                              | bool(material["transparency"].any()) * n["MATERIAL_TRANSPARENT"]
-                             | smooth * n["MATERIAL_DELTA_ONLY"])
+                             | smooth * n["MATERIAL_DELTA_ONLY"]
+                             | any(operation[i] in TRANSMITTING for i in rest) * n["MATERIAL_TRANSMITS"])
         kept.append(rest)
         placed += len(rest)
     order = np.concatenate(kept) if kept else np.zeros(0, int)
     instructions = make_records("Instruction", len(order), op=scene.instruction_op[order],
                                 weight=scene.instruction_weight[order], params=scene.instruction_params[order])
     return made, instructions
-
-
-def triangle_lights(scene: Scene, materials: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Light records and powers (W) of all emissive triangles, each instance's its own.
-
-    A triangle shines from both sides: its power is 2 pi area times radiance.
-    """
-    n = numbers()
-    parts, powers = [make_records("Light", 0)], [np.zeros(0)]
-    emits = materials["emission"].any(1)
-    emitting_slots = emits[scene.slot_materials]
-    if not emitting_slots.any():
-        return parts[0], powers[0]
-    for instance, mesh in enumerate(scene.instance_mesh):
-        primitive = np.arange(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1])
-        slot = scene.instance_slots[instance] + scene.triangle_slots[primitive]
-        primitive, slot = primitive[emitting_slots[slot]], slot[emitting_slots[slot]]
-        if not len(primitive):
-            continue
-        matrix = scene.instance_to_world[instance]
-        corners = scene.vertices[scene.triangles[primitive]].astype(np.float64) @ matrix[:, :3].T + matrix[:, 3]
-        edges = corners[:, 1:] - corners[:, :1]
-        normal = np.cross(edges[:, 0], edges[:, 1])
-        doubled = np.linalg.norm(normal, axis=1)
-        kept = doubled > 0
-        radiance = materials["emission"][scene.slot_materials[slot]].astype(np.float64)
-        record = make_records(
-            "Light", len(primitive), kind=n["LIGHT_TRIANGLE"], instance=instance, primitive=primitive,
-            visibility=scene.instance_visibility[instance], radiance=radiance, position=corners[:, 0],
-            u=edges[:, 0], v=edges[:, 1], normal=normal / np.where(kept, doubled, 1)[:, None], area=doubled / 2)
-        parts.append(record[kept])
-        powers.append((2 * np.pi * radiance @ LUMINANCE * doubled / 2)[kept])
-    return np.concatenate(parts), np.concatenate(powers)
-
-
-def choose_lights(lights: np.ndarray, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Fill in the lights' probabilities, in proportion to power, and make the alias table that draws them."""
-    total = power.sum()
-    if not total > 0:
-        return lights[:0], make_records("AliasEntry", 0)
-    lights["probability"] = power / total
-    return lights, alias_table(power / total)
-
-
-def alias_table(probability: np.ndarray) -> np.ndarray:
-    """Walker's alias table, made as in Vose 1991, "A linear algorithm for generating random numbers"."""
-    count = len(probability)
-    scaled = (np.asarray(probability, np.float64) * count).tolist()
-    keep, alias = [1.0] * count, list(range(count))
-    small = [i for i, p in enumerate(scaled) if p < 1.0]
-    large = [i for i, p in enumerate(scaled) if p >= 1.0]
-    while small and large:
-        low, high = small.pop(), large[-1]
-        keep[low], alias[low] = scaled[low], high
-        scaled[high] -= 1.0 - scaled[low]
-        if scaled[high] < 1.0:
-            small.append(large.pop())
-    return make_records("AliasEntry", count, keep=keep, alias=alias)
 
 
 def blackman_harris_table() -> np.ndarray:
@@ -169,6 +115,11 @@ def albedo_tables(instructions: np.ndarray) -> np.ndarray:
     needless = [OPERATIONS[name][0] for name in ("diffuse", "transparent")]
     if np.isin(instructions["op"], needless).all():
         return np.zeros(0, np.float32)
+    return loaded_albedo_tables()
+
+
+@cache
+def loaded_albedo_tables() -> np.ndarray:
     return np.load(Path(__file__).parent / "data" / "albedo_tables.npy")
 
 
@@ -182,6 +133,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np
         "FEATURE_TRANSPARENT": (materials["flags"] & n["MATERIAL_TRANSPARENT"]).any(),
         "FEATURE_VISIBILITY": any((v & n["RAY_ALL"] != n["RAY_ALL"]).any() for v in visibility),
         "FEATURE_LIGHTS": len(lights) > 0,
+        "FEATURE_LAMPS": len(lights[:lamps]) > 0,
         "FEATURE_VISIBLE_LIGHTS": (lights[:lamps]["size_u"] > 0).any(),
         "FEATURE_SMOOTH": len(buffers["corner_normals"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),

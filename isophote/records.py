@@ -35,6 +35,12 @@ def numbers() -> dict[str, int]:
     return {name: int(value, 0) for name, value in found}
 
 
+def feature_names(mask: int) -> dict[str, bool]:
+    """Each FEATURE_ that kernels can be compiled for, in small letters, and whether it is in the mask."""
+    return {name.removeprefix("FEATURE_").lower(): bool(mask & bit) for name, bit in numbers().items()
+            if name.startswith("FEATURE_")}
+
+
 @cache
 def records() -> dict[str, np.dtype]:
     """The dtype of each record struct, by its C name; scalars too."""

@@ -28,10 +28,10 @@ class Field:
 
 
 FIELDS: dict[str, Field] = {
-    "origin": Field("f8", (3,), "the camera's place in Blender's world; all else is relative to it, metres"),
+    "origin": Field("f8", (3,), "a place near the camera in Blender's world; all else is relative to it, metres"),
     "resolution": Field("i4", (2,), "width and height of the full frame, pixels"),
     "camera_kind": Field("i4", (), "0 perspective, 1 orthographic"),
-    "camera_to_world": Field("f8", (3, 4), "rigid, looks along its -z; translation 0 but for rounding"),
+    "camera_to_world": Field("f8", (3, 4), "rigid, relative to origin; looks along its -z"),
     "camera_window": Field("f8", (4,), "left, right, bottom, top at distance 1 (perspective) or in metres"),
     "camera_clip": Field("f8", (2,), "start and end, metres along -z"),
     "vertices": Field("f4", ("V", 3), "object space"),
@@ -101,7 +101,7 @@ class Scene:
         for name in FIELDS:
             array = np.ascontiguousarray(self.arrays[name])
             digest.update(f"{name}{array.shape}".encode())
-            digest.update(array.tobytes())
+            digest.update(array.reshape(-1).view(np.uint8))
         return digest.hexdigest()
 
 

@@ -6,15 +6,23 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
-from isophote.device import Device, DeviceError, open_device
+from isophote.device import Device, DeviceError, SceneTooLarge, open_device
 from isophote.film import Film, FilmError
+from isophote.handover import with_cpu_meanwhile
+from isophote.memory import check_host_memory
 from isophote.passes import check_passes, planes_for
+from isophote.records import feature_names
 from isophote.scene import Scene, SceneError
 from isophote.schedule import Region, WorkItem, choose_step, next_samples
 from isophote.settings import Settings
 from isophote.statistics import ImageError, image_error
-from isophote.validate import clean, validate
+from isophote.validate import check
+
+if TYPE_CHECKING:
+    from isophote.geometry import Geometry
 
 ERROR_SHARE = 0.05  # of the render's time that may go into estimating its error
 
@@ -41,23 +49,28 @@ class Session:
     """One render. `film` holds whatever was rendered, also after an error or a cancel.
 
     A `film` given is rendered on from where it ends: settings.samples count from its first sample.
-    A `device` given is used and not opened; the session closes it either way. Raises SceneError for a
-    scene that cannot be rendered, DeviceError for a device that cannot be opened, FilmError for a film
-    of another region or kind, ValueError for settings that do not fit.
+    A `device` given is used and not opened; the session closes it either way. `kept` is the geometry of another
+    session (its `prepared.geometry`): what the scenes have in common is used again, without changing a bit.
+    Raises SceneError for a scene that cannot be rendered, SceneTooLarge for one that does not fit, DeviceError
+    for a device that cannot be opened, FilmError for a film of another region or kind, ValueError for settings
+    that do not fit.
     """
 
-    def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None):
+    def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None,
+                 kept: Geometry | None = None):
         started = time.perf_counter()
         self.settings, self.device = settings, device
         self._cancel = threading.Event()
         self._started: float | None = None
         self._seconds = 0.0
+        self._samples_by_device: dict[str, int] = {}
         self._own_samples = 0  # rendered by this session, without those of a film that it was given
         self._sample_seconds = 0.0
         self._error: ImageError | None = None
         self._error_due, self._error_at = 0.0, -1
         self.why_stopped = ""
-        problems = validate(scene)
+        self._scene = scene
+        problems, cleaned, dropped = check(scene)
         errors = [str(problem) for problem in problems if problem.severity == "error"]
         if errors:
             raise SceneError("; ".join(errors))
@@ -67,23 +80,31 @@ class Session:
         if self.film.region != self.region or self.film.planes < planes:
             raise FilmError(f"the film is of region {self.film.region} with {self.film.planes} planes; "
                             f"the render needs {self.region} with {planes}")
-        self.scene_hash = scene.content_hash
-        cleaned, dropped = clean(scene)
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
                     for problem in problems if problem.severity == "warning"]
-        self.notes: list[dict] = list(scene.notes) + dropped + warnings
+        self._notes: list[dict] = list(scene.notes) + dropped + warnings
+        check_host_memory(len(cleaned.triangles), self.film.open.size)
         if self.device is None:
             self.device = open_device(settings.device, settings)
+        self.device = with_cpu_meanwhile(self.device, settings)
         from isophote.prepare import prepare  # needs the native module, which a scene with errors should not
 
-        self.prepared = prepare(cleaned)
-        self.notes += self.prepared.notes
+        self.prepared = prepare(cleaned, kept)
+        self._notes += self.prepared.notes
         self.build_seconds = self.prepared.build_seconds
         try:
             self.device.upload(self.prepared)
+        except SceneTooLarge:
+            self.device.close()
+            raise
         except DeviceError as error:
             self.fall_back(error)
         self.setup_seconds = time.perf_counter() - started - self.build_seconds - self.device.compile_seconds
+
+    @property
+    def notes(self) -> list[dict]:
+        """What the picture lacks or the user should know, of the scene and of the devices."""
+        return [*self._notes, *self.device.notes]
 
     def cancel(self) -> None:
         """Stop soon, from any thread; the whole samples that are done stay in the film."""
@@ -119,6 +140,11 @@ class Session:
             if progress.why_stopped:
                 return progress
 
+    @cached_property
+    def scene_hash(self) -> str:
+        """The scene's content hash, of which nobody waits for pixels."""
+        return self._scene.content_hash
+
     @property
     def end(self) -> int:
         return self.film.first + self.settings.samples
@@ -140,13 +166,15 @@ class Session:
         before = time.perf_counter()
         try:
             added = self.device.render(item, self.settings, film.open, self.cancelled)
-            if not 0 <= added <= item.samples or (added < item.samples and not self.cancelled()):
+            if not 0 <= added <= item.samples or not (added or self.cancelled()):
                 raise DeviceError(f"{self.device.name} gave {added} of {item.samples} samples without being cancelled")
         except DeviceError as error:
             self.fall_back(error)
             return
         if added:
             self._sample_seconds = (time.perf_counter() - before) / added
+            drawn = self._samples_by_device
+            drawn[self.device.name] = drawn.get(self.device.name, 0) + added
         self._own_samples += added
         film.add_samples(added)
 
@@ -155,12 +183,12 @@ class Session:
         failed = self.device
         if failed.kind == "openmp":
             raise error
-        self.notes.append({"kind": "device", "name": failed.name,
-                           "what": f"failed after {self.film.samples} samples, the render went on on the CPU: {error}"})
+        what = f"failed after {self.film.samples} samples, the render went on on the CPU: {error}"
+        self._notes += [*failed.notes, {"kind": "device", "name": failed.name, "what": what}]
         try:
             failed.close()
         except DeviceError as closing:
-            self.notes.append({"kind": "device", "name": failed.name, "what": f"could not be closed: {closing}"})
+            self._notes.append({"kind": "device", "name": failed.name, "what": f"could not be closed: {closing}"})
         self.settings = replace(self.settings, device="openmp")
         self.device = open_device("openmp", self.settings)
         self.device.upload(self.prepared)
@@ -204,9 +232,13 @@ class Session:
             "width": width,
             "height": height,
             "samples": self.film.samples,
+            "samples_by_device": dict(self._samples_by_device),
             "setup_seconds": self.setup_seconds,
             "build_seconds": self.build_seconds,
             "compile_seconds": self.device.compile_seconds,
+            "kernels_from": self.device.kernels_from,
+            "features": feature_names(self.prepared.features),
+            "memory": dict(self.device.memory),
             "render_seconds": self._seconds,
             "samples_per_second": self.samples_per_second(),
             "error": estimate.value if estimate else None,

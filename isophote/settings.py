@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 PRECISIONS = ("strict", "fast", "reference")
 
 # What may change between two parts of one film: how far and how fast, not what each sample is.
-NOT_OF_THE_SAMPLES = ("samples", "time_limit", "device", "threads", "passes")
+NOT_OF_THE_SAMPLES = ("samples", "time_limit", "device", "wait_for_kernels", "threads", "passes")
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,7 @@ class Settings:
     seed: int = 0
     precision: str = "strict"
     device: str = "openmp"  # openmp, opencl or opencl:N
+    wait_for_kernels: bool = False  # else the CPU renders while an OpenCL device compiles, where bits are equal
     threads: int = 0  # 0: all cores
     max_bounces: int = 12
     diffuse_bounces: int = 4

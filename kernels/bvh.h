@@ -15,9 +15,10 @@
 #define SLAB_SLACK (REAL(1.0) + REAL(8.0) * ROUNDING)
 #define LIMIT_SLACK (REAL(1.0) + REAL(16.0) * ROUNDING)
 
-/* A direction's reciprocal, finite, so that no slab test sees 0 * infinity. */
+/* A direction's reciprocal, finite, so that no slab test sees 0 * infinity, and far enough from the largest
+ * float that its product with a coordinate stays finite too. */
 FN real finite_reciprocal(real d) {
-  real tiny = REAL(1e-30);
+  real tiny = REAL(1e-20);
   return REAL(1.0) / (fabs(d) < tiny ? (d < REAL(0.0) ? -tiny : tiny) : d);
 }
 
@@ -54,14 +55,30 @@ FN real3 transform_normal(GLOBAL const float *m, real3 n) {
                     to_real(m[2]) * n.x + to_real(m[6]) * n.y + to_real(m[10]) * n.z);
 }
 
+/* What the tests of boxes need of a ray: t = bound * inverse + offset in one rounding each. The origin stands
+ * as an interval of a few roundings, which covers that of origin * inverse: the offsets of low bounds belong
+ * to its upper end, those of high bounds to its lower, so boxes only ever grow. */
+typedef struct {
+  real3 inverse, low_offset, high_offset;
+} Slabs;
+
+FN Slabs make_slabs(LocalRay r) {
+  Slabs s;
+  real3 width = abs3(r.origin) * (REAL(4.0) * ROUNDING);
+  s.inverse = r.inverse;
+  s.low_offset = (zero3() - r.origin - width) * r.inverse;
+  s.high_offset = (width - r.origin) * r.inverse;
+  return s;
+}
+
 /* Distance at which the ray enters the box, or a negative number where it does not before t_max. */
-FN real enter_box(real lo_x, real hi_x, real lo_y, real hi_y, real lo_z, real hi_z, LocalRay r, real t_min,
+FN real enter_box(real lo_x, real hi_x, real lo_y, real hi_y, real lo_z, real hi_z, Slabs s, real t_min,
                   real t_max) {
-  real ax = (lo_x - r.origin.x) * r.inverse.x, bx = (hi_x - r.origin.x) * r.inverse.x;
-  real ay = (lo_y - r.origin.y) * r.inverse.y, by = (hi_y - r.origin.y) * r.inverse.y;
-  real az = (lo_z - r.origin.z) * r.inverse.z, bz = (hi_z - r.origin.z) * r.inverse.z;
-  real enter = max_real(max_real(min_real(ax, bx), min_real(ay, by)), max_real(min_real(az, bz), t_min));
-  real leave = min_real(min_real(max_real(ax, bx), max_real(ay, by)), min_real(max_real(az, bz), t_max));
+  real ax = fma(lo_x, s.inverse.x, s.low_offset.x), bx = fma(hi_x, s.inverse.x, s.high_offset.x);
+  real ay = fma(lo_y, s.inverse.y, s.low_offset.y), by = fma(hi_y, s.inverse.y, s.high_offset.y);
+  real az = fma(lo_z, s.inverse.z, s.low_offset.z), bz = fma(hi_z, s.inverse.z, s.high_offset.z);
+  real enter = loose_max(loose_max(loose_min(ax, bx), loose_min(ay, by)), loose_max(loose_min(az, bz), t_min));
+  real leave = loose_min(loose_min(loose_max(ax, bx), loose_max(ay, by)), loose_min(loose_max(az, bz), t_max));
   return enter <= leave * SLAB_SLACK ? enter : REAL(-1.0);
 }
 
@@ -80,13 +97,14 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
   uint last = 0u;
   while (!last) {
     GLOBAL const Triangle *t = &s.triangles[index];
-    uint slot = t->slot;
+    float4 v0 = load_float4(t, 0), v1 = load_float4(t, 1), v2 = load_float4(t, 2); /* with what stands behind them */
+    uint slot = bits_of_float(v2.w);
     last = slot & LAST_IN_LEAF;
     /* Triangles in an instance inherit its visibility, tested when it was entered. */
-    if (instance != NONE || ((slot >> 16) & ray.kind)) {
-      TriangleHit h = triangle_hit(load3(t->v0), load3(t->v1), load3(t->v2), space.origin, space.direction,
-                                   space.shear);
-      best = keep_closer(best, h, instance != NONE ? instance : t->instance, t->primitive, index, ray);
+    if (!(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((slot >> 16) & ray.kind)) {
+      TriangleHit h = triangle_hit(load3(v0), load3(v1), load3(v2), space.origin, space.direction, space.shear);
+      uint owner = instance != NONE ? instance : bits_of_float(v1.w);
+      if (h.hit) best = keep_closer(best, h, owner, bits_of_float(v0.w), index, ray);
     }
     index++;
   }
@@ -114,7 +132,10 @@ FN Hit hit_spheres(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
   return best;
 }
 
-/* The closest hit along the ray; with any != 0 the first one found, which says only that there is one. */
+/* The closest hit along the ray; with any != 0 the first one found, which says only that there is one.
+ *
+ * Rays of a work-group first all go down to a leaf each, then all test their triangles (Aila and Laine 2009,
+ * "Understanding the Efficiency of Ray Traversal on GPUs", while-while). */
 FN Hit trace(Scene s, Ray ray, int any) {
   Hit best = no_hit(ray.t_max);
   uint stack[STACK_SIZE];
@@ -122,53 +143,49 @@ FN Hit trace(Scene s, Ray ray, int any) {
   uint instance = NONE;
   LocalRay world = make_local_ray(ray.origin, ray.direction);
   LocalRay space = world;
+  Slabs slabs = make_slabs(space);
   real slack_t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING);
   uint ref = s.world[0].root;
-  if (ref == NONE) return best;
+  stack[top++] = NONE;
   for (;;) {
-    uint kind = REF_KIND(ref);
-    uint next = NONE;
-    if (ref == REF_RETURN) {
-      instance = NONE;
-      space = world;
-    } else if (kind == REF_NODE) {
+    while (REF_KIND(ref) == REF_NODE) {
       GLOBAL const Bvh2Node *n = &s.nodes[ref];
+      float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2), children = load_float4(n, 3);
       real limit = best.t * LIMIT_SLACK;
-      real t0 = enter_box(to_real(n->lo_x[0]), to_real(n->hi_x[0]), to_real(n->lo_y[0]), to_real(n->hi_y[0]),
-                          to_real(n->lo_z[0]), to_real(n->hi_z[0]), space, slack_t_min, limit);
-      real t1 = enter_box(to_real(n->lo_x[1]), to_real(n->hi_x[1]), to_real(n->lo_y[1]), to_real(n->hi_y[1]),
-                          to_real(n->lo_z[1]), to_real(n->hi_z[1]), space, slack_t_min, limit);
+      real t0 = enter_box(to_real(x.x), to_real(x.z), to_real(y.x), to_real(y.z), to_real(z.x), to_real(z.z), slabs,
+                          slack_t_min, limit);
+      real t1 = enter_box(to_real(x.y), to_real(x.w), to_real(y.y), to_real(y.w), to_real(z.y), to_real(z.w), slabs,
+                          slack_t_min, limit);
+      uint child0 = bits_of_float(children.x), child1 = bits_of_float(children.y);
       int in0 = t0 >= REAL(0.0), in1 = t1 >= REAL(0.0);
-      if (in0 & in1) {
-        int near = t1 < t0;
-        stack[top++] = n->child[1 - near];
-        next = n->child[near];
-      } else if (in0 | in1) {
-        next = n->child[in1];
-      }
-    } else if (kind == REF_TRIANGLES) {
+      int second_first = in0 & in1 ? t1 < t0 : in1;
+      ref = second_first ? child1 : child0;
+      if (in0 & in1) stack[top++] = second_first ? child0 : child1;
+      if (!(in0 | in1)) ref = stack[--top];
+    }
+    if (ref == NONE) return best;
+    uint kind = REF_KIND(ref);
+    if (kind == REF_TRIANGLES) {
       best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
       if (any && best.index != NONE) return best;
-    } else if (kind == REF_SPHERES) {
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
       best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
       if (any && best.index != NONE) return best;
-    } else {
-      uint i = REF_INDEX(ref);
-      if (s.instances[i].visibility & ray.kind) {
-        stack[top++] = REF_RETURN;
-        instance = i;
-        space = make_local_ray(transform_point(s.instances[i].to_object, ray.origin),
-                               transform_vector(s.instances[i].to_object, ray.direction));
-        next = s.instances[i].root;
-      }
+    } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && ref == REF_RETURN) {
+      instance = NONE;
+      space = world;
+      slabs = make_slabs(space);
+    } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[REF_INDEX(ref)].visibility & ray.kind)) {
+      stack[top++] = REF_RETURN;
+      instance = REF_INDEX(ref);
+      space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
+                             transform_vector(s.instances[instance].to_object, ray.direction));
+      slabs = make_slabs(space);
+      ref = s.instances[instance].root;
+      continue;
     }
-    if (next == NONE) {
-      if (top == 0) break;
-      next = stack[--top];
-    }
-    ref = next;
+    ref = stack[--top];
   }
-  return best;
 }
 
 #endif

@@ -2,13 +2,15 @@
 #ifndef ISOPHOTE_LIGHT_H
 #define ISOPHOTE_LIGHT_H
 #include "bsdf/bsdf.h"
+#include "light_tree.h"
+#include "spherical_triangle.h"
 #include "surface.h"
 
 typedef struct {
   real3 direction; /* unit, from the shaded point */
   real distance;   /* FAR_AWAY for suns */
   real3 radiance;  /* of points and sharp suns: divided by pdf already stands for their intensity */
-  real pdf;        /* per solid angle, with the choice of the light; 0: nothing to gain */
+  real pdf;        /* per solid angle; 0: nothing to gain */
   int can_be_hit;  /* rays drawn from closures may run into it: MIS applies */
   uint instance, primitive; /* emissive triangle that must not stop the shadow ray; else NONE */
   uint flags;
@@ -46,23 +48,74 @@ FN real spot_falloff(Light l, real cos_axis) {
   return l.kind == LIGHT_SPOT ? x * x * (REAL(3.0) - REAL(2.0) * x) : REAL(1.0);
 }
 
-/* Number of a light, drawn in proportion to power. */
-FN uint pick_light(Scene s, real u, uint count) {
-  real scaled = u * real_of(count);
-  uint i = min_uint(uint_of(scaled), count - 1u);
-  uint other = s.light_alias[i].alias;
-  return scaled - real_of(i) < to_real(s.light_alias[i].keep) ? i : other;
+/* Number of the light that an emissive triangle is; light_count where it is none. Triangles follow the lamps in
+ * the order of (instance, primitive). */
+FN uint find_triangle_light(Scene s, uint instance, uint primitive) {
+  uint low = s.world[0].lamp_count, high = s.world[0].light_count;
+  while (low < high) {
+    uint middle = low + (high - low) / 2u;
+    uint at_instance = s.lights[middle].instance, at_primitive = s.lights[middle].primitive;
+    int before = (at_instance < instance) | ((at_instance == instance) & (at_primitive < primitive));
+    low = before ? middle + 1u : low;
+    high = before ? high : middle;
+  }
+  uint found = min_uint(low, s.world[0].light_count - 1u);
+  int same = (s.lights[found].instance == instance) & (s.lights[found].primitive == primitive);
+  return same ? found : s.world[0].light_count;
 }
 
-/* Draws a point of a light as seen from p. */
-FN LightSample sample_light(Light l, real3 p, real2 u) {
+/* Polygons are drawn by solid angle between these limits: below, the density by area varies little over
+ * the light (a few per cent) and float32 corners leave no digits; above, the viewer lies as good as in it. */
+#define SMALLEST_SOLID_ANGLE REAL(3e-4)
+#define LARGEST_SOLID_ANGLE REAL(6.2)
+
+/* A triangle or rectangle as seen from a point: one or two spherical triangles that share the corners a and c. */
+typedef struct {
+  SphericalTriangle first, second;
+  real solid_angle; /* of both; 0 where it is to be drawn by area */
+} SphericalPolygon;
+
+FN SphericalPolygon make_spherical_polygon(Light l, real3 p, uint features) {
+  SphericalPolygon r;
+  int is_triangle = !(features & FEATURE_LAMPS) | (l.kind == LIGHT_TRIANGLE);
+  real scale_u = is_triangle ? REAL(1.0) : REAL(2.0) * to_real(l.size_u);
+  real scale_v = is_triangle ? REAL(1.0) : REAL(2.0) * to_real(l.size_v);
+  real3 side_u = load3(l.u) * scale_u, side_v = load3(l.v) * scale_v;
+  real3 a = load3(l.position) - p;
+  real volume = fabs(dot3(a, load3(l.normal))) * to_real(l.area);
+  if (!(features & FEATURE_LAMPS)) {
+    r.first = make_spherical_triangle(a, a + side_u, a + side_v, REAL(2.0) * volume);
+    r.second = r.first;
+    r.solid_angle = r.first.solid_angle;
+  } else {
+    a = a - (side_u + side_v) * (is_triangle ? REAL(0.0) : REAL(0.5));
+    real3 b = a + side_u, d = a + side_v;
+    real3 c = is_triangle ? d : b + side_v;
+    r.first = make_spherical_triangle(a, b, c, is_triangle ? REAL(2.0) * volume : volume);
+    r.second = make_spherical_triangle(a, d, c, volume);
+    r.solid_angle = r.first.solid_angle + (is_triangle ? REAL(0.0) : r.second.solid_angle);
+  }
+  int fits = (r.solid_angle > SMALLEST_SOLID_ANGLE) & (r.solid_angle < LARGEST_SOLID_ANGLE) & (l.kind != LIGHT_ELLIPSE);
+  r.solid_angle = fits ? r.solid_angle : REAL(0.0);
+  return r;
+}
+
+/* Density per solid angle with which a polygon or an ellipse, once it is chosen, gives a direction from p that
+ * meets it at distance t under `cosine`. */
+FN real flat_light_pdf(Light l, SphericalPolygon polygon, real t, real cosine) {
+  real by_area = t * t / (max_real(cosine, REAL(1e-30)) * to_real(l.area));
+  return polygon.solid_angle > REAL(0.0) ? REAL(1.0) / polygon.solid_angle : by_area;
+}
+
+/* Draws a point of a light as seen from p. features: of the scene; without FEATURE_LAMPS l is a triangle. */
+FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   LightSample r;
   real3 center = load3(l.position), axis = load3(l.normal);
-  real chance = to_real(l.probability);
   real3 radiance = load3(l.radiance);
-  int is_sun = l.kind == LIGHT_SUN;
-  int is_ball = (l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT);
-  int is_triangle = l.kind == LIGHT_TRIANGLE;
+  int lamps = (features & FEATURE_LAMPS) != 0u;
+  int is_sun = lamps & (l.kind == LIGHT_SUN);
+  int is_ball = lamps & ((l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT));
+  int is_triangle = !lamps | (l.kind == LIGHT_TRIANGLE);
   real size_u = to_real(l.size_u), size_v = to_real(l.size_v);
   r.flags = l.flags;
   r.instance = is_triangle ? l.instance : NONE;
@@ -94,28 +147,45 @@ FN LightSample sample_light(Light l, real3 p, real2 u) {
     real inverse_square = is_sun ? REAL(1.0) : REAL(1.0) / d2;
     r.radiance = radiance * (falloff * (sharp ? inverse_square : REAL(1.0)));
     real solid = is_disk ? PI * size_u * size_u * d / (disk_d2 * disk_d) : TWO_PI * cone;
-    r.pdf = inside ? REAL(0.0) : (sharp ? chance : chance / solid);
+    r.pdf = inside ? REAL(0.0) : (sharp ? REAL(1.0) : REAL(1.0) / solid);
     r.can_be_hit = !sharp;
   } else {
-    real2 disk = sample_disk(u);
+    SphericalPolygon polygon = make_spherical_polygon(l, p, features);
+    int by_angle = polygon.solid_angle > REAL(0.0);
+    real part = u.x * polygon.solid_angle, rest = part - polygon.first.solid_angle;
+    int in_second = !is_triangle & (rest > REAL(0.0));
+    SphericalTriangle part_of = polygon.first;
+    if (lamps) {
+      part_of.b = select3(in_second, polygon.second.b, part_of.b);
+      part_of.height = in_second ? polygon.second.height : part_of.height;
+      part_of.side = in_second ? polygon.second.side : part_of.side;
+      part_of.base = in_second ? polygon.second.base : part_of.base;
+      part = in_second ? rest : part;
+    }
+    real3 in_angle = sample_spherical_triangle(part_of, part, u.y);
+
     /* Triangles: Heitz 2019, "A Low-Distortion Map Between Triangle and Square". */
     int upper = u.y > u.x;
     real half_x = REAL(0.5) * u.x, half_y = REAL(0.5) * u.y;
-    real bu = upper ? half_x : u.x - half_y;
-    real bv = upper ? u.y - half_x : half_y;
-    int is_ellipse = l.kind == LIGHT_ELLIPSE;
-    real au = is_triangle ? bu : size_u * (is_ellipse ? disk.x : REAL(2.0) * u.x - REAL(1.0));
-    real av = is_triangle ? bv : size_v * (is_ellipse ? disk.y : REAL(2.0) * u.y - REAL(1.0));
-    real3 to = center + load3(l.u) * au + load3(l.v) * av - p;
-    real d2 = dot3(to, to);
-    real d = sqrt(d2);
-    r.direction = to * (REAL(1.0) / d);
-    r.distance = d;
-    real facing = -dot3(r.direction, axis);
+    real au = upper ? half_x : u.x - half_y;
+    real av = upper ? u.y - half_x : half_y;
+    if (lamps) {
+      real2 disk = sample_disk(u);
+      int is_ellipse = l.kind == LIGHT_ELLIPSE;
+      au = is_triangle ? au : size_u * (is_ellipse ? disk.x : REAL(2.0) * u.x - REAL(1.0));
+      av = is_triangle ? av : size_v * (is_ellipse ? disk.y : REAL(2.0) * u.y - REAL(1.0));
+    }
+    real3 to = center - p;
+    real3 on_light = to + load3(l.u) * au + load3(l.v) * av;
+    real3 in_area = on_light * (REAL(1.0) / sqrt(dot3(on_light, on_light)));
+    r.direction = select3(by_angle, in_angle, in_area);
+    real facing = -dot3(r.direction, axis), height = -dot3(to, axis);
     real cosine = is_triangle ? fabs(facing) : facing;
-    int sees = (cosine > REAL(0.0)) & (d2 > REAL(0.0));
+    real flat = sqrt(dot3(on_light, on_light));
+    r.distance = by_angle ? height / (facing != REAL(0.0) ? facing : REAL(1.0)) : flat;
+    int sees = (cosine > REAL(0.0)) & (r.distance > REAL(0.0));
     r.radiance = radiance;
-    r.pdf = sees ? chance * d2 / (cosine * to_real(l.area)) : REAL(0.0);
+    r.pdf = sees ? flat_light_pdf(l, polygon, r.distance, cosine) : REAL(0.0);
     r.can_be_hit = 1;
   }
   r.can_be_hit = r.can_be_hit & !(l.flags & LIGHT_NO_MIS);
@@ -124,17 +194,27 @@ FN LightSample sample_light(Light l, real3 p, real2 u) {
   return r;
 }
 
+/* Draws a point of the light at which a walk has arrived. The steps have stretched the number that they used:
+ * `fine`, of its own, fills the digits that this has emptied. */
+FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fine, uint features) {
+  real u_x = min_real(walk.u + fine * (REAL(5.9604644775390625e-8) / walk.chance), REAL(0.99999994));
+  uint light = walk.at & ~CLUSTER_LIGHT; /* a single light is number 0, where walks start */
+  LightSample r = sample_light(s.lights[light], p, make_real2(u_x, u_y), features);
+  r.pdf = r.pdf * walk.chance;
+  return r;
+}
+
 typedef struct {
   int hit;
   real3 radiance;
-  real pdf; /* with which light sampling would have drawn the direction from the ray's origin */
+  real pdf; /* with which sample_light would have drawn the direction from the ray's origin */
 } LightHit;
 
 /* What a ray sees of lamp l in front of t_max: lamps do not stop rays. */
 FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
   LightHit r;
   real3 center = load3(l.position), axis = load3(l.normal);
-  real size_u = to_real(l.size_u), size_v = to_real(l.size_v), chance = to_real(l.probability);
+  real size_u = to_real(l.size_u), size_v = to_real(l.size_v);
   int is_sun = l.kind == LIGHT_SUN;
   int is_ball = (l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT);
   int wanted = (size_u > REAL(0.0)) & !(l.flags & LIGHT_NO_MIS) & ((l.visibility & ray.kind) != 0u);
@@ -144,7 +224,7 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
   if (is_sun) {
     real3 off = ray.direction + axis; /* |off|^2 = 2 (1 - cos), exact for small angles */
     r.hit = wanted & missed & (REAL(0.5) * dot3(off, off) <= size_v);
-    r.pdf = chance / (TWO_PI * size_v);
+    r.pdf = REAL(1.0) / (TWO_PI * size_v);
   } else if (is_ball) {
     SphereHit h = sphere_hit(center, size_u, ray.origin, ray.direction);
     real d2 = dot3(to, to);
@@ -158,7 +238,7 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
     r.hit = wanted & (is_disk ? in_disk : in_sphere) & (t > ray.t_min) & (t < t_max);
     r.radiance = r.radiance * spot_falloff(l, cos_axis);
     real solid = is_disk ? PI * size_u * size_u * sqrt(d2) / (disk_t * disk_t * disk_t) : TWO_PI * cone_of_sphere(size_u, d2);
-    r.pdf = chance / solid;
+    r.pdf = REAL(1.0) / solid;
   } else {
     real t = -dot3(to, axis) / (cos_axis != REAL(0.0) ? cos_axis : REAL(1.0));
     real3 on_plane = ray.direction * t - to;
@@ -167,9 +247,20 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
     int in_ellipse = square(a / size_u) + square(b / size_v) <= REAL(1.0);
     int in_shape = l.kind == LIGHT_ELLIPSE ? in_ellipse : in_rectangle;
     r.hit = wanted & in_shape & (cos_axis > REAL(0.0)) & (t > ray.t_min) & (t < t_max);
-    r.pdf = chance * t * t / (max_real(cos_axis, REAL(1e-30)) * to_real(l.area));
+    r.pdf = flat_light_pdf(l, make_spherical_polygon(l, ray.origin, FEATURE_LAMPS), t, cos_axis);
   }
   return r;
+}
+
+/* With which density light sampling would have drawn a ray's hit at distance t on an emissive triangle; 0 where
+ * it never does. */
+FN real emission_pdf(Scene s, Hit h, Receiver from, real3 direction) {
+  uint i = s.world[0].light_count > 0u ? find_triangle_light(s, h.instance, h.primitive) : 0u;
+  if (i >= s.world[0].light_count) return REAL(0.0);
+  Light l = s.lights[i];
+  real cosine = fabs(dot3(load3(l.normal), direction));
+  SphericalPolygon polygon = make_spherical_polygon(l, from.p, 0u);
+  return light_chance(s, l, from) * flat_light_pdf(l, polygon, h.t, cosine);
 }
 
 /* Veach 1997, power heuristic with exponent 2, from the ratio so that no square overflows. */

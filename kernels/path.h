@@ -17,8 +17,10 @@
   X(seed)    /* of pixel and replicate */                                                    \
   X(index)   /* of the sample within the replicate */                                        \
   X(bounces) /* counts by kind, 8 bits each: all, diffuse, glossy, transmission */           \
-  X(status)  /* RAY_ bit of the last scattering | transparent count << 8 | PATH_ flags */
+  X(status)  /* RAY_ bit of the last scattering | transparent count << 8 | PATH_ flags | receiver << 18 */
 
+/* Normal of the last vertex (light_tree.h, pack_normal), in the highest bits of status. */
+#define PATH_RECEIVER_SHIFT 18
 #define PATH_LAST_HIT 0x10000u    /* a bounce limit is reached: see what is hit, do not scatter */
 #define PATH_FROM_CAMERA 0x20000u /* has only passed transparent surfaces: its hit is what the pixel shows */
 

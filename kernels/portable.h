@@ -31,6 +31,16 @@ typedef float2 real2;
 #define real_of(x) ((float)(x))
 #define bits_of_float(x) as_uint(x)
 #define float_of_bits(x) as_float((uint)(x))
+/* Four floats in one load, the k-th four of a record that lies at a multiple of 16 bytes. Through a pointer of
+ * its own: compilers remember that a field of floats is aligned to 4 bytes only, and load it in four. */
+FN float4 load_float4(GLOBAL const void *record, uint k) {
+  GLOBAL const float4 *quads = (GLOBAL const float4 *)record;
+  return quads[k];
+}
+/* One instruction each where min_real and max_real need two; which NaN or zero comes out is left open, so
+ * only for what may err: tests of boxes. */
+#define loose_min(a, b) fmin(a, b)
+#define loose_max(a, b) fmax(a, b)
 
 #else
 /* ------------------------------------------------------------------ C++20 */
@@ -98,13 +108,25 @@ FN real3 operator/(real3 a, real s) { return real3{a.x / s, a.y / s, a.z / s}; }
 FN real3 operator-(real3 a) { return real3{-a.x, -a.y, -a.z}; }
 FN uint bits_of_float(float x) { return __builtin_bit_cast(uint, x); }
 FN float float_of_bits(uint x) { return __builtin_bit_cast(float, x); }
+struct float4 {
+  float x, y, z, w;
+};
+FN float4 load_float4(const void *record, uint k) {
+  float4 f;
+  std::memcpy(&f, static_cast<const char *>(record) + 16 * k, sizeof f);
+  return f;
+}
+#define loose_min(a, b) min_real(a, b)
+#define loose_max(a, b) max_real(a, b)
 /* The square root of the compiler, correctly rounded and without errno. */
 #if REAL_IS_DOUBLE
 #define sqrt(x) __builtin_sqrt(x)
+#define fma(a, b, c) __builtin_fma(a, b, c)
 #define fabs(x) __builtin_fabs(x)
 #define floor(x) __builtin_floor(x)
 #else
 #define sqrt(x) __builtin_sqrtf(x)
+#define fma(a, b, c) __builtin_fmaf(a, b, c)
 #define fabs(x) __builtin_fabsf(x)
 #define floor(x) __builtin_floorf(x)
 #endif

@@ -17,7 +17,7 @@
   X(Material, materials, "")                                                                   \
   X(Instruction, instructions, "programs of the materials")                                    \
   X(Light, lights, "lamps, then emissive triangles")                                           \
-  X(AliasEntry, light_alias, "picks a light by power")                                         \
+  X(LightCluster, light_tree, "pairs of clusters: picks a light")                              \
   X(float, filter_table, "inverse CDF of the pixel filter of width 1")                 \
   X(float, albedo_tables, "directional albedos of microfacet closures (bsdf/albedo.h)")
 
@@ -25,7 +25,7 @@ typedef struct {
 #define X(type, name, comment) GLOBAL const type *name;
   SCENE_BUFFERS(X)
 #undef X
-  GLOBAL const void *accelerator; /* of a host that defines TRACE (stages.h): its own tree */
+  GLOBAL const void *accelerator; /* of a host: its own tree (native/tracer.h) */
 } Scene;
 
 #endif

@@ -1,5 +1,5 @@
 /* The records of which the scene's arrays are made, and the numbers that name kinds and flags.
- * Everything is camera-relative world space unless a comment says object space. */
+ * Everything is world space relative to the scene's origin unless a comment says object space. */
 #ifndef ISOPHOTE_SCENE_RECORDS_H
 #define ISOPHOTE_SCENE_RECORDS_H
 #include "types.h"
@@ -23,6 +23,11 @@
 #define FEATURE_VISIBLE_LIGHTS 32u /* lamps that rays can run into */
 #define FEATURE_SMOOTH 64u
 #define FEATURE_EMISSION 128u
+#define FEATURE_LAMPS 256u     /* lights to sample that are no triangles */
+/* Those of the scene at hand where code is compiled for one scene, else all. */
+#ifndef SCENE_FEATURES
+#define SCENE_FEATURES 0xffffffffu
+#endif
 
 #define CAMERA_PERSPECTIVE 0
 #define CAMERA_ORTHOGRAPHIC 1
@@ -79,6 +84,7 @@ typedef struct {
   uint root;        /* reference to the tree, NONE where there is nothing to hit */
   uint light_count; /* lights to sample: lamps, then triangles */
   uint lamp_count;  /* of them, lamps */
+  uint light_depth; /* steps down the light tree; 0 where there is one light or none */
   uint features; /* FEATURE_ bits of the scene */
 } World;
 
@@ -94,11 +100,11 @@ typedef struct {
 #define MATERIAL_EMITS 1u
 #define MATERIAL_TRANSPARENT 2u /* has an OP_TRANSPARENT: shadow rays pass in part */
 #define MATERIAL_DELTA_ONLY 4u  /* nothing to gain from light sampling */
+#define MATERIAL_TRANSMITS 8u   /* light from behind the surface counts */
 typedef struct {
   uint first, count; /* instructions */
   uint flags;
   packed3 emission;     /* radiance, both sides */
-  float emission_pdf;   /* density per area (1/m^2) with which light sampling finds a point on it */
   packed3 transparency; /* what a shadow ray keeps */
 } Material;
 
@@ -132,12 +138,22 @@ typedef struct {
   float size_u, size_v;  /* metres (half lengths of rectangles and ellipses, radius), radians (sun) */
   float area;            /* m^2 */
   float spot_cos, spot_smooth; /* cosine of the half cone angle; Blender's blend as in Cycles */
-  float probability;     /* with which light sampling picks it */
+  uint trail;            /* bit d: which cluster of a pair it lies in, d steps below the light tree's root */
 } Light;
 
+/* A cluster of the light tree (light_tree.h). Those at 2 k and 2 k + 1 are pair k; pair 0 is the root's. */
+#define CLUSTER_LIGHT 0x80000000u /* in child: a light's number follows, else that of a pair */
+#define CLUSTER_TWO_SIDED 1u
+#define CLUSTER_DISTANT 2u /* suns: it has no place, intensity is an irradiance */
 typedef struct {
-  float keep;  /* probability of this entry, else the alias */
-  uint alias;
-} AliasEntry; /* Walker 1977, Vose 1991 */
+  packed3 center; /* of a sphere around its lights */
+  float radius;
+  packed3 axis;     /* middle of the directions in which they shine, unit */
+  float cos_axes;   /* cosine of the largest angle from axis to one of these; -1: all directions */
+  float cos_edge;   /* cosine of the largest angle to such a direction under which a light still shines */
+  float intensity;  /* sum of the lights' largest luminous intensities, W/sr; irradiances W/m^2 of suns */
+  uint child;
+  uint flags;
+} LightCluster;
 
 #endif

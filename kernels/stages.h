@@ -41,12 +41,18 @@ FN real3 clamp_light(Params params, real3 light, int bounce) {
   return light * scale;
 }
 
-/* Light that reaches the path's ray from lamp l in front of its hit. */
-FN real3 see_lamp(Params params, Light l, Path p, Hit h) {
-  LightHit seen = hit_lamp(l, path_ray(p), h.t, h.index == NONE);
-  real weight = p.pdf > REAL(0.0) ? mis_weight(p.pdf, seen.pdf) : REAL(1.0);
-  real3 light = path_throughput(p) * seen.radiance * weight;
-  return select3(seen.hit, clamp_light(params, light, path_bounce(p) - 1), zero3());
+/* What the path's last vertex knew when it chose a light. */
+FN Receiver path_receiver(Path p) {
+  return make_receiver(make_real3(p.ox, p.oy, p.oz), p.status >> PATH_RECEIVER_SHIFT);
+}
+
+FN LightHit find_lamp(Light l, Path p, Hit h) { return hit_lamp(l, path_ray(p), h.t, h.index == NONE); }
+
+/* Light that reaches the path's ray from lamp l, which find_lamp has found. */
+FN real3 see_lamp(Scene s, Params params, Light l, Path p, LightHit seen) {
+  real weight = REAL(1.0);
+  if (p.pdf > REAL(0.0)) weight = mis_weight(p.pdf, seen.pdf * light_chance(s, l, path_receiver(p)));
+  return clamp_light(params, path_throughput(p) * seen.radiance * weight, path_bounce(p) - 1);
 }
 
 /* Light from the world where nothing is hit; transparent film leaves it to the compositor. */
@@ -63,10 +69,10 @@ FN real lost_alpha(Params params, Path p) {
 }
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */
-FN real3 see_emission(Params params, Material m, Surface at, Path p, Hit h) {
-  real cosine = fabs(dot3(at.ng, make_real3(p.dx, p.dy, p.dz)));
-  real light_pdf = to_real(m.emission_pdf) * h.t * h.t / max_real(cosine, REAL(1e-30));
+FN real3 see_emission(Scene s, Params params, Material m, Path p, Hit h) {
   int compete = (p.pdf > REAL(0.0)) & !(h.index & INDEX_SPHERE);
+  real light_pdf = REAL(0.0);
+  if (compete) light_pdf = emission_pdf(s, h, path_receiver(p), make_real3(p.dx, p.dy, p.dz));
   real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
   return clamp_light(params, path_throughput(p) * load3(m.emission) * weight, path_bounce(p) - 1);
 }
@@ -75,6 +81,11 @@ FN real3 see_emission(Params params, Material m, Surface at, Path p, Hit h) {
 FN int path_passed(Path p) { return int_of((p.status >> 8) & 255u); }
 /* Random numbers are counted by vertex, so that transparent surfaces draw fresh ones. */
 FN int path_vertex(Path p) { return path_bounce(p) + path_passed(p); }
+
+/* The normal that counts when a vertex chooses a light. */
+FN uint receiver_normal(Surface at, uint material_flags) {
+  return (material_flags & MATERIAL_TRANSMITS) ? RECEIVER_ALL : pack_normal(at.ns);
+}
 
 /* A ray towards a light and what it brings if nothing stands in between. */
 typedef struct {
@@ -111,8 +122,8 @@ typedef struct {
 } Scattered;
 
 /* The path goes on in the sampled direction. weight and share are those of the chosen closure, value
- * is the whole BSDF in that direction, u_roulette decides survival in proportion to the throughput. */
-FN Scattered scatter_path(Params params, Surface at, Path p, Hit h, BsdfSample sample, real3 direction, real3 weight,
+ * is the whole BSDF in that direction, u_roulette decides survival. */
+FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p, Hit h, BsdfSample sample, real3 direction, real3 weight,
                           Choice choice, BsdfValue value, real u_roulette) {
   Scattered r;
   int delta = sample.delta;
@@ -131,8 +142,10 @@ FN Scattered scatter_path(Params params, Surface at, Path p, Hit h, BsdfSample s
              (int_of((bounces >> 16) & 255u) >= params.glossy_bounces) |
              (int_of(bounces >> 24) >= params.transmission_bounces) | (int_of(passed) >= params.transparent_bounces);
 
+  /* Roulette in proportion to the throughput, so that those who survive weigh alike; twice as many as that
+   * alone would leave, by measurement (docs/study-sampling.md). */
   real brightest = max_of3(throughput);
-  real survival = min_real(REAL(1.0), sqrt(max_real(brightest, REAL(0.0))));
+  real survival = min_real(REAL(1.0), REAL(2.0) * max_real(brightest, REAL(0.0)));
   survival = transparent | last ? REAL(1.0) : survival;
   int survives = (u_roulette < survival) & (brightest > REAL(0.0));
   throughput = throughput * (REAL(1.0) / max_real(survival, REAL(1e-30)));
@@ -152,7 +165,8 @@ FN Scattered scatter_path(Params params, Surface at, Path p, Hit h, BsdfSample s
   q.pdf = transparent ? p.pdf : (delta ? REAL(0.0) : value.pdf);
   q.bounces = bounces;
   uint flags = (p.status & (transparent ? PATH_FROM_CAMERA : 0u)) | (last ? PATH_LAST_HIT : 0u);
-  q.status = (transparent ? path_kind(p) : kind) | (passed << 8) | flags;
+  uint receiver = transparent ? p.status >> PATH_RECEIVER_SHIFT : receiver_normal(at, material_flags);
+  q.status = (transparent ? path_kind(p) : kind) | (passed << 8) | flags | (receiver << PATH_RECEIVER_SHIFT);
   r.path = q;
   r.alive = valid & survives;
   return r;
@@ -219,29 +233,48 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
 
 /* ----------------------------------------------------------------- connect */
 
-/* How rays are traced: the includer may have a faster tracer of its own that gives the same hits. */
-#ifndef TRACE
-#define TRACE(scene, ray, any) trace(scene, ray, any)
-#endif
+/* A shadow ray on its way in a scene with transparent surfaces. */
+typedef struct {
+  Ray ray;
+  real3 kept; /* the part of the light that they let through */
+  int passed; /* how many there were, with those of the path */
+  int going;
+} Shadow;
 
-/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. The limit
- * is the user's own, one less than that of paths, as Cycles counts (integrate_shadow_max_transparent_hits). */
+FN Shadow make_shadow(Ray ray, int passed) {
+  Shadow d;
+  d.ray = ray;
+  d.kept = splat3(REAL(1.0));
+  d.passed = passed;
+  d.going = 1;
+  return d;
+}
+
+/* The closest hit stops the shadow ray, or it goes on behind it. The limit is the user's own, one less than that
+ * of paths, as Cycles counts (integrate_shadow_max_transparent_hits). */
+FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
+  d.going = 0;
+  if (h.index == NONE) return d;
+  Surface at = make_surface(s, d.ray, h, features);
+  Material m = s.materials[at.material];
+  d.going = (d.passed + 1 < params.transparent_bounces) & ((m.flags & MATERIAL_TRANSPARENT) != 0u);
+  d.kept = d.going ? d.kept * load3(m.transparency) : zero3();
+  d.passed++;
+  d.ray.t_min = h.t;
+  d.ray.after_instance = h.instance;
+  d.ray.after_primitive = h.primitive;
+  return d;
+}
+
+/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. */
 FN real3 trace_connection(Scene s, Params params, Ray ray, int passed, uint features) {
-  real3 kept = splat3(REAL(1.0));
   if (!(features & FEATURE_TRANSPARENT)) {
-    Hit h = TRACE(s, ray, 1);
-    return select3(h.index == NONE, kept, zero3());
+    Hit h = trace(s, ray, 1);
+    return select3(h.index == NONE, splat3(REAL(1.0)), zero3());
   }
-  for (;; passed++) {
-    Hit h = TRACE(s, ray, 0);
-    if (h.index == NONE) return kept;
-    Surface at = make_surface(s, ray, h, features);
-    if (passed + 1 >= params.transparent_bounces || !(s.materials[at.material].flags & MATERIAL_TRANSPARENT)) return zero3();
-    kept = kept * load3(s.materials[at.material].transparency);
-    ray.t_min = h.t;
-    ray.after_instance = h.instance;
-    ray.after_primitive = h.primitive;
-  }
+  Shadow d = make_shadow(ray, passed);
+  while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features);
+  return d.kept;
 }
 
 #endif

@@ -30,7 +30,7 @@ FN Shear make_shear(real3 direction) {
 
 typedef struct {
   int hit;
-  real t, u, v;
+  real t, u, v; /* of hits only */
 } TriangleHit;
 
 /* Which side of the triangle's plane the ray starts on decides whether it is in front: for rays that leave

@@ -2,7 +2,7 @@
  *
  * Paths lie in structures of arrays, a column a path; queues hold the columns of those that live.
  * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
- * stay on the device. Work-items stride through a queue, so a launch needs no knowledge of its length.
+ * stay on the device. A launch has at least as many work-items as its queue is long.
  * The host defines SCENE_FEATURES and CLOSURES_USED, so that what the scene lacks is not compiled. */
 #include "stages.h"
 
@@ -72,39 +72,43 @@ FN void add_result(GLOBAL real *results, uint stride, uint slot, real3 light) {
   results[2u * stride + slot] += light.z;
 }
 
-/* Columns [0, count): samples of the pixels from first_pixel on, those of one pixel side by side. */
-__kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, uint first_pixel,
-                       uint count) {
-  MAKE_SCENE
-  uint i = get_global_id(0);
-  if (i >= count) return;
-  uint pixel = first_pixel + i / params.samples;
-  uint sample = params.first_sample + i % params.samples;
+/* Number `slot` of a pass: samples of the pixels from first_pixel on, those of one pixel side by side. */
+FN Path start_path(Scene s, Params params, GLOBAL real *results, GLOBAL real *aovs, uint stride, uint first_pixel,
+                   uint slot) {
+  uint pixel = first_pixel + slot / params.samples;
+  uint sample = params.first_sample + slot % params.samples;
   uint row = pixel / uint_of(params.width);
-  Path p = generate_path(s, params, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, i);
-  store_path(reals, uints, stride, i, p);
-  queue[i] = i;
-  results[i] = REAL(0.0);
-  results[stride + i] = REAL(0.0);
-  results[2u * stride + i] = REAL(0.0);
-  results[3u * stride + i] = REAL(1.0);
+  results[slot] = REAL(0.0);
+  results[stride + slot] = REAL(0.0);
+  results[2u * stride + slot] = REAL(0.0);
+  results[3u * stride + slot] = REAL(1.0);
   if (params.aovs) {
     Aovs a = no_aovs();
-#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + i] = value;
+#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + slot] = value;
     AOV_PLANES(X)
 #undef X
   }
+  return generate_path(s, params, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, slot);
+}
+
+__kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, GLOBAL uint *counts,
+                       uint counts_length, uint first_pixel, uint count) {
+  MAKE_SCENE
+  uint i = get_global_id(0);
+  for (uint k = i; k < counts_length; k += get_global_size(0)) counts[k] = k ? 0u : count;
+  if (i >= count) return;
+  store_path(reals, uints, stride, i, start_path(s, params, results, aovs, stride, first_pixel, i));
+  queue[i] = i;
 }
 
 __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL const uint *queue,
                      GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
-  uint count = counts[2u * bounce];
-  for (uint k = get_global_id(0); k < count; k += get_global_size(0)) {
-    uint i = queue[k];
-    Hit h = trace(s, path_ray(load_path(reals, uints, stride, i)), 0);
-    store_hit(hit_reals, hit_uints, stride, i, h);
-  }
+  uint k = get_global_id(0);
+  if (k >= counts[2u * bounce]) return;
+  uint i = queue[k];
+  Hit h = trace(s, path_ray(load_path(reals, uints, stride, i)), 0);
+  store_hit(hit_reals, hit_uints, stride, i, h);
 }
 
 /* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. */
@@ -116,7 +120,8 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
     Instruction i = s.instructions[m.first + k];
     if (is_closure(i.op)) {
       real3 weight = closure_weight(i, c);
-      real share = closure_share(weight, albedo_closure(i, at.backfacing, s.albedo_tables, wo));
+      real share = all.total; /* alone, a closure has all of it: its albedo need not be found again */
+      if (m.count > 1u) share = closure_share(weight, albedo_closure(i, at.backfacing, s.albedo_tables, wo));
       sum = add_closure(sum, eval_closure(i, at.backfacing, s.albedo_tables, wo, wi), weight, share, all.total);
     } else {
       c.layer = c.layer * layer_closure(i, at.backfacing, s.albedo_tables, wo);
@@ -139,7 +144,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
     for (uint l = 0u; l < s.world[0].lamp_count; l++) {
       if (!(s.lights[l].size_u > 0.0f)) continue;
-      add_result(results, stride, p.slot, see_lamp(params, s.lights[l], p, h));
+      LightHit seen = find_lamp(s.lights[l], p, h);
+      if (seen.hit) add_result(results, stride, p.slot, see_lamp(s, params, s.lights[l], p, seen));
     }
   }
   if (h.index == NONE) {
@@ -155,7 +161,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
     AOV_PLANES(X)
 #undef X
   }
-  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(params, m, at, p, h));
+  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h));
   if (p.status & PATH_LAST_HIT) {
     Scattered passed = pass_transparent(params, m, p, h);
     r.path = passed.path;
@@ -179,23 +185,24 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
     }
   }
 
+  if (choice.chosen < 0) return r; /* black from here */
   if ((SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY)) {
     real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
-    LightSample light = sample_light(s.lights[pick_light(s, u_choice.x, s.world[0].light_count)], at.p, u);
+    LightWalk walk = start_walk(u.x);
+    Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+    for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
+    LightSample light = finish_light(s, walk, at.p, u.y, u_choice.x, SCENE_FEATURES);
     BsdfValue value = evaluate_material(s, m, at, choice, wo, light.direction);
     r.connection = connect_light(params, at, light, value, p);
     r.connected = !is_dark(r.connection.light);
   }
 
-  BsdfSample sample = make_sample(zero3(), zero3(), 0, 0, 0);
-  if (choice.chosen >= 0) {
-    sample = sample_closure(s.instructions[m.first + uint_of(choice.chosen)], at.backfacing, s.albedo_tables, wo,
-                            choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
-  }
+  BsdfSample sample = sample_closure(s.instructions[m.first + uint_of(choice.chosen)], at.backfacing, s.albedo_tables,
+                                     wo, choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
   real3 direction = to_world(make_frame(at.ns), sample.wi);
   sample = one_sided_sample(at, direction, sample);
   BsdfValue value = evaluate_material(s, m, at, choice, wo, direction);
-  Scattered next = scatter_path(params, at, p, h, sample, direction, weight, choice, value,
+  Scattered next = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, value,
                                 sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
   r.path = next.path;
   r.alive = next.alive;
@@ -206,53 +213,48 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
                     QUEUE_PARAMETERS, uint bounce) {
   MAKE_SCENE
   __local uint alive, connected, first_alive, first_connected;
-  uint count = counts[2u * bounce];
-  uint width = get_local_size(0);
-  /* All of a work-group go round together: one atomic for each queue and round. */
-  for (uint base = get_group_id(0) * width; base < count; base += get_global_size(0)) {
-    uint k = base + get_local_id(0);
-    if (get_local_id(0) == 0u) {
-      alive = 0u;
-      connected = 0u;
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    int lives = 0, connects = 0;
-    uint i = 0u, at_alive = 0u, at_connected = 0u;
-    if (k < count) {
-      i = queue[k];
-      Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
-                            results, aovs, stride);
-      lives = r.alive;
-      connects = r.connected;
-      if (lives) {
-        store_path(reals, uints, stride, i, r.path);
-        at_alive = atomic_inc(&alive);
-      }
-      if (connects) {
-        store_connection(light_reals, light_uints, stride, i, r.connection);
-        at_connected = atomic_inc(&connected);
-      }
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (get_local_id(0) == 0u) {
-      first_alive = alive ? atomic_add(&counts[2u * bounce + 2u], alive) : 0u;
-      first_connected = connected ? atomic_add(&counts[2u * bounce + 1u], connected) : 0u;
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (lives) next_queue[first_alive + at_alive] = i;
-    if (connects) light_queue[first_connected + at_connected] = i;
+  uint k = get_global_id(0), local_k = get_local_id(0);
+  if (local_k == 0u) {
+    alive = 0u;
+    connected = 0u;
   }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  int lives = 0, connects = 0;
+  uint i = 0u, at_alive = 0u, at_connected = 0u;
+  if (k < counts[2u * bounce]) {
+    i = queue[k];
+    Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
+                          results, aovs, stride);
+    lives = r.alive;
+    connects = r.connected;
+    if (lives) {
+      store_path(reals, uints, stride, i, r.path);
+      at_alive = atomic_inc(&alive);
+    }
+    if (connects) {
+      store_connection(light_reals, light_uints, stride, i, r.connection);
+      at_connected = atomic_inc(&connected);
+    }
+  }
+  /* One atomic for each queue and work-group. */
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (local_k == 0u) {
+    first_alive = alive ? atomic_add(&counts[2u * bounce + 2u], alive) : 0u;
+    first_connected = connected ? atomic_add(&counts[2u * bounce + 1u], connected) : 0u;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lives) next_queue[first_alive + at_alive] = i;
+  if (connects) light_queue[first_connected + at_connected] = i;
 }
 
 __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL real *results,
                       GLOBAL const uint *light_queue, GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
-  uint count = counts[2u * bounce + 1u];
-  for (uint k = get_global_id(0); k < count; k += get_global_size(0)) {
-    uint i = light_queue[k];
-    Connection c = load_connection(light_reals, light_uints, stride, i);
-    add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES));
-  }
+  uint k = get_global_id(0);
+  if (k >= counts[2u * bounce + 1u]) return;
+  uint i = light_queue[k];
+  Connection c = load_connection(light_reals, light_uints, stride, i);
+  add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES));
 }
 
 /* Adds the samples of each pixel to the film in the order of their numbers. */

@@ -28,6 +28,9 @@ struct Batch {
   alignas(64) real px[CAPACITY], py[CAPACITY], pz[CAPACITY], offset[CAPACITY];
   alignas(64) real ngx[CAPACITY], ngy[CAPACITY], ngz[CAPACITY], nsx[CAPACITY], nsy[CAPACITY], nsz[CAPACITY];
   alignas(64) int backfacing[CAPACITY];
+  /* choice of a light */
+  alignas(64) uint walk_at[CAPACITY];
+  alignas(64) real walk_chance[CAPACITY], walk_u[CAPACITY], light_u[CAPACITY], light_fine[CAPACITY];
   /* light samples */
   alignas(64) real ldx[CAPACITY], ldy[CAPACITY], ldz[CAPACITY], distance[CAPACITY], light_pdf[CAPACITY];
   alignas(64) real lr[CAPACITY], lg[CAPACITY], lb[CAPACITY];
@@ -47,12 +50,14 @@ struct Batch {
   alignas(64) int delta[CAPACITY], label[CAPACITY], valid[CAPACITY];
   /* connections */
   alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
+  Shadow shadows[CAPACITY]; /* of connections in scenes with transparent surfaces */
   /* results by slot */
   alignas(64) real red[CAPACITY], green[CAPACITY], blue[CAPACITY], alpha[CAPACITY];
   alignas(64) real aov[PLANES_ALL - PLANES_COMBINED][CAPACITY];
 
   uint current = 0; /* which of the two halves of the path arrays is read */
   uint count = 0;
+  uint64_t closest = 0, shadow = 0; /* rays traced so far, for the mean path length */
   std::vector<uint> bins;
 
   Columns columns() { return {path_reals[current], path_uints[current]}; }

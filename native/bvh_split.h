@@ -165,7 +165,7 @@ constexpr int SMALLEST = 4;
 struct Subsets {
   Box box[1 << SMALLEST];
   float cost[1 << SMALLEST];
-  uint8_t left[1 << SMALLEST]; /* half of an inner node; 0 for leaves */
+  uint8_t left[1 << SMALLEST] = {}; /* half of an inner node; 0 for leaves */
 
   /* may_be_leaf says which subsets, a bit each, may become leaves. */
   void solve(const Item *items, size_t n, uint32_t may_be_leaf, float node_cost, float item_cost) {

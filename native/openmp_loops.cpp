@@ -55,18 +55,31 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, Tile til
 
 /* ------------------------------------------------------------------ extend */
 
-static void extend_batch(Batch &__restrict b, Scene s) {
-  Columns columns = b.columns();
-  for (uint i = 0; i < b.count; i++) {
-    if (!b.alive[i]) continue;
-    Hit h = TRACE(s, path_ray(path_at(columns, i)), 0);
-    b.hit_t[i] = h.t;
-    b.hit_u[i] = h.u;
-    b.hit_v[i] = h.v;
-    b.hit_instance[i] = h.instance;
-    b.hit_primitive[i] = h.primitive;
-    b.hit_index[i] = h.index;
+/* The living paths' rays; their hits go to the batch's columns. */
+struct PathRays {
+  Batch &b;
+  Columns columns;
+  Ray ray(uint i) const { return path_ray(path_at(columns, b.order[i])); }
+  void store(uint i, const Hit &h) {
+    uint at = b.order[i];
+    b.hit_t[at] = h.t;
+    b.hit_u[at] = h.u;
+    b.hit_v[at] = h.v;
+    b.hit_instance[at] = h.instance;
+    b.hit_primitive[at] = h.primitive;
+    b.hit_index[at] = h.index;
   }
+};
+
+static void extend_batch(Batch &b, Scene s, Rays kind) {
+  uint living = 0;
+  for (uint i = 0; i < b.count; i++) {
+    b.order[living] = i;
+    living += b.alive[i] != 0;
+  }
+  b.closest += living;
+  PathRays rays{b, b.columns()};
+  trace_all(s, rays, living, 0, kind);
 }
 
 FN uint hit_material(Scene s, Hit h) {
@@ -156,9 +169,9 @@ static void render_tile(Batch &__restrict b, Scene s, Params params, Tile tile, 
     uint samples = std::min(step, params.samples - done);
     generate_batch(b, s, params, tile, params.first_sample + done, samples);
     std::fill(b.alive, b.alive + b.count, 1u);
-    while (b.count > 0) {
+    for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
       if (cancelled->load(std::memory_order_relaxed)) return;
-      extend_batch(b, s);
+      extend_batch(b, s, kind);
       sort_batch(b, s, groups);
       std::fill(b.alive, b.alive + b.count, 1u);
       shade_batch(b, s, params, groups);
@@ -178,7 +191,7 @@ static Scene make_scene(const void *const *pointers, const WideTree *tree) {
 }
 
 bool render(const void *const *scene, const WideTree *tree, const void *settings, int threads, float *sums,
-            const std::atomic<int> *cancelled) {
+            uint64_t *rays, const std::atomic<int> *cancelled) {
   Scene s = make_scene(scene, tree);
   Params params = *static_cast<const Params *>(settings);
   int side = tile_side(params.samples);
@@ -195,25 +208,48 @@ bool render(const void *const *scene, const WideTree *tree, const void *settings
       Tile tile{x, y, std::min(side, params.width - x), std::min(side, params.height - y)};
       render_tile(*batch, s, params, tile, sums, groups, cancelled);
     }
+#pragma omp critical
+    {
+      rays[0] += batch->closest;
+      rays[1] += batch->shadow;
+    }
   }
   return !cancelled->load();
 }
 
-void trace_rays(const void *const *scene, const WideTree *tree, const float *rays, long n, int any, int threads,
-                float *hits, unsigned *ids) {
-  Scene s = make_scene(scene, tree);
-  bool wide = tree != nullptr;
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 4096)
-  for (long i = 0; i < n; i++) {
+size_t batch_bytes() { return sizeof(Batch); }
+
+/* Rays and hits of render.h's TraceFunction, from one on. */
+struct ListedRays {
+  const float *rays;
+  float *hits;
+  unsigned *ids;
+  Ray ray(uint i) const {
     const float *r = rays + 8 * i;
-    Ray ray = free_ray(make_real3(r[0], r[1], r[2]), make_real3(r[3], r[4], r[5]), r[6], r[7]);
-    Hit h = wide ? TRACE(s, ray, any) : trace(s, ray, any);
+    return free_ray(make_real3(r[0], r[1], r[2]), make_real3(r[3], r[4], r[5]), r[6], r[7]);
+  }
+  void store(uint i, const Hit &h) {
     hits[4 * i] = to_float(h.t);
     hits[4 * i + 1] = to_float(h.u);
     hits[4 * i + 2] = to_float(h.v);
     hits[4 * i + 3] = float_of_bits(h.index);
     ids[2 * i] = h.instance;
     ids[2 * i + 1] = h.primitive;
+  }
+};
+
+void trace_rays(const void *const *scene, const WideTree *tree, const float *rays, long n, int any, int threads,
+                int packets, float *hits, unsigned *ids) {
+  Scene s = make_scene(scene, tree);
+  constexpr long PART = 4096;
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+  for (long first = 0; first < n; first += PART) {
+    ListedRays part{rays + 8 * first, hits + 4 * first, ids + 2 * first};
+    uint count = uint(std::min(PART, n - first));
+    if (tree)
+      trace_all(s, part, count, any, packets ? COHERENT : SCATTERED);
+    else
+      for (uint i = 0; i < count; i++) part.store(i, trace(s, part.ray(i), any));
   }
 }
 

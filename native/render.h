@@ -2,22 +2,24 @@
  * (precision and instruction set). */
 #pragma once
 #include <atomic>
+#include <cstdint>
 
 #include "wide_tree.h"
 
 namespace isophote {
 
 /* scene: one pointer for each entry of SCENE_BUFFERS, in its order; tree: made of them. params: a Params. sums: planes of
- * width x height floats (kernels/params.h), to which samples are added in their order. Returns false
+ * width x height floats (kernels/params.h), to which samples are added in their order. rays: paths' rays and
+ * shadow rays, to which those traced are added. Returns false
  * where it was cancelled; sums then hold no complete result. */
 using RenderFunction = bool (*)(const void *const *scene, const WideTree *tree, const void *params, int threads,
-                                float *sums, const std::atomic<int> *cancelled);
+                                float *sums, uint64_t *rays, const std::atomic<int> *cancelled);
 
 /* Closest hits (any = 0) or occlusion (any = 1) of n rays, for tests and benchmarks, in the wide tree or
  * where there is none in the BVH2. rays: n x 8 floats,
  * origin, direction, t_min, t_max. hits: n x 4 floats t, u, v, bits of index; ids: n x 2. */
 using TraceFunction = void (*)(const void *const *scene, const WideTree *tree, const float *rays, long n, int any,
-                               int threads, float *hits, unsigned *ids);
+                               int threads, int packets, float *hits, unsigned *ids);
 
 struct Variant {
   const char *name;
@@ -25,6 +27,7 @@ struct Variant {
   int level;             /* needs x86-64-v<level>; 0: nothing beyond the baseline */
   RenderFunction render;
   TraceFunction trace;
+  size_t (*batch_bytes)(); /* of the paths of one thread */
 };
 
 }  // namespace isophote

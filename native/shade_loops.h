@@ -20,12 +20,21 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
     Light lamp = s.lights[l];
     if (!(lamp.size_u > 0.0f)) continue;
     FOR_PATHS(i, 0, count) {
-      real3 light = see_lamp(params, lamp, path_at(columns, i), load_hit(b, i));
-      b.fr[i] = light.x;
-      b.fg[i] = light.y;
-      b.fb[i] = light.z;
+      LightHit seen = find_lamp(lamp, path_at(columns, i), load_hit(b, i));
+      b.fr[i] = seen.radiance.x;
+      b.fg[i] = seen.radiance.y;
+      b.fb[i] = seen.radiance.z;
+      b.light_pdf[i] = seen.pdf;
+      b.valid[i] = seen.hit;
     }
-    for (uint i = 0; i < b.count; i++) add_light(b, i, make_real3(b.fr[i], b.fg[i], b.fb[i]));
+    for (uint i = 0; i < b.count; i++) {
+      if (!b.valid[i]) continue;
+      LightHit seen;
+      seen.hit = 1;
+      seen.radiance = make_real3(b.fr[i], b.fg[i], b.fb[i]);
+      seen.pdf = b.light_pdf[i];
+      add_light(b, i, see_lamp(s, params, lamp, path_at(columns, i), seen));
+    }
   }
 }
 
@@ -58,20 +67,49 @@ static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
   }
 }
 
-static void shade_emission(Batch &__restrict b, Params params, Material m, Group g) {
+static void shade_emission(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++)
-    add_light(b, i, see_emission(params, m, load_surface(b, i, g.material), path_at(columns, i), load_hit(b, i)));
+    add_light(b, i, see_emission(s, params, m, path_at(columns, i), load_hit(b, i)));
 }
 
-static void draw_lights(Batch &__restrict b, Scene s, Group g) {
+FN LightWalk load_walk(const Batch &b, uint i) {
+  LightWalk w;
+  w.at = b.walk_at[i];
+  w.chance = b.walk_chance[i];
+  w.u = b.walk_u[i];
+  return w;
+}
+
+FN void store_walk(Batch &__restrict b, uint i, LightWalk w) {
+  b.walk_at[i] = w.at;
+  b.walk_chance[i] = w.chance;
+  b.walk_u[i] = w.u;
+}
+
+/* All paths of the group go down the light tree together, a step a loop. */
+static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
   Columns columns = b.columns();
-  uint count = s.world[0].light_count;
   FOR_PATHS(i, g.first, g.end) {
     Path p = path_at(columns, i);
-    real choice = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_CHOICE).x;
     real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_LIGHT);
-    LightSample l = sample_light(s.lights[pick_light(s, choice, count)], make_real3(b.px[i], b.py[i], b.pz[i]), u);
+    store_walk(b, i, start_walk(u.x));
+    b.light_u[i] = u.y;
+  }
+  for (uint depth = 0; depth < s.world[0].light_depth; depth++) {
+    FOR_PATHS(i, g.first, g.end) {
+      Surface at = load_surface(b, i, g.material);
+      Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+      store_walk(b, i, step_walk(s, load_walk(b, i), receiver));
+    }
+  }
+}
+
+template <uint FEATURES>
+static void draw_lights(Batch &__restrict b, Scene s, Group g) {
+  FOR_PATHS(i, g.first, g.end) {
+    real3 p = make_real3(b.px[i], b.py[i], b.pz[i]);
+    LightSample l = finish_light(s, load_walk(b, i), p, b.light_u[i], b.light_fine[i], FEATURES);
     b.ldx[i] = l.direction.x;
     b.ldy[i] = l.direction.y;
     b.ldz[i] = l.direction.z;
@@ -110,7 +148,9 @@ static void start_choice(Batch &__restrict b, Group g) {
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
     Path p = path_at(columns, i);
-    store_choice(b, i, make_choice(sample_bounce(p.seed, p.index, path_vertex(p), PAIR_CHOICE).y));
+    real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_CHOICE);
+    store_choice(b, i, make_choice(u.y));
+    b.light_fine[i] = u.x;
   }
 }
 
@@ -270,7 +310,7 @@ static void connect_lights(Batch &__restrict b, Params params, Group g) {
   }
 }
 
-static void scatter_paths(Batch &__restrict b, Params params, Group g) {
+static void scatter_paths(Batch &__restrict b, Params params, Material m, Group g) {
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
     Path p = path_at(columns, i);
@@ -278,7 +318,7 @@ static void scatter_paths(Batch &__restrict b, Params params, Group g) {
     uint k = uint(max_int(choice.chosen, 0));
     BsdfValue value = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);
     real u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_ROULETTE).x;
-    Scattered r = scatter_path(params, load_surface(b, i, g.material), p, load_hit(b, i), load_sample(b, i),
+    Scattered r = scatter_path(params, load_surface(b, i, g.material), m.flags, p, load_hit(b, i), load_sample(b, i),
                                make_real3(b.wix[i], b.wiy[i], b.wiz[i]),
                                make_real3(b.weight_r[k][i], b.weight_g[k][i], b.weight_b[k][i]), choice, value, u);
     store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
@@ -305,15 +345,62 @@ static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
   }
 }
 
-static void connect_batch(Batch &__restrict b, Scene s, Params params, Group g, uint features) {
-  Columns columns = b.columns();
-  for (uint i = g.first; i < g.end; i++) {
-    real3 light = make_real3(b.cr[i], b.cg[i], b.cb[i]);
-    if (is_dark(light)) continue;
-    Ray ray = shadow_ray(make_real3(b.cox[i], b.coy[i], b.coz[i]), make_real3(b.ldx[i], b.ldy[i], b.ldz[i]),
-                         b.distance[i], b.light_instance[i], b.light_primitive[i]);
-    add_light(b, i, light * trace_connection(s, params, ray, path_passed(path_at(columns, i)), features));
+/* The shadow rays of a group's connections that bring light: their paths in key. */
+struct ShadowRays {
+  Batch &b;
+  Ray ray(uint i) const {
+    uint at = b.key[i];
+    return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
+                      b.distance[at], b.light_instance[at], b.light_primitive[at]);
   }
+  void store(uint i, const Hit &h) {
+    uint at = b.key[i];
+    if (h.index == NONE) add_light(b, at, make_real3(b.cr[at], b.cg[at], b.cb[at]));
+  }
+};
+
+/* The same in scenes with transparent surfaces, which take their part: order has the shadows still on their way. */
+struct PassingRays {
+  Batch &b;
+  Scene s;
+  Params params;
+  uint features;
+  Ray ray(uint i) const { return b.shadows[b.order[i]].ray; }
+  void store(uint i, const Hit &h) {
+    Shadow &shadow = b.shadows[b.order[i]];
+    shadow = pass_shadow(s, params, shadow, h, features);
+  }
+};
+
+static void connect_batch(Batch &b, Scene s, Params params, Group g, uint features) {
+  Columns columns = b.columns();
+  uint count = 0;
+  for (uint i = g.first; i < g.end; i++) {
+    b.key[count] = i;
+    count += !is_dark(make_real3(b.cr[i], b.cg[i], b.cb[i]));
+  }
+  b.shadow += count;
+  ShadowRays rays{b};
+  if (!(features & FEATURE_TRANSPARENT)) {
+    trace_all(s, rays, count, 1);
+    return;
+  }
+  for (uint i = 0; i < count; i++) {
+    b.shadows[i] = make_shadow(rays.ray(i), path_passed(path_at(columns, b.key[i])));
+    b.order[i] = i;
+  }
+  PassingRays passing{b, s, params, features};
+  for (uint going = count; going > 0;) {
+    trace_all(s, passing, going, 0);
+    uint left = 0;
+    for (uint i = 0; i < going; i++) {
+      b.order[left] = b.order[i];
+      left += b.shadows[b.order[i]].going != 0;
+    }
+    going = left;
+  }
+  for (uint i = 0; i < count; i++)
+    add_light(b, b.key[i], make_real3(b.cr[b.key[i]], b.cg[b.key[i]], b.cb[b.key[i]]) * b.shadows[i].kept);
 }
 
 template <uint FEATURES>
@@ -321,7 +408,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   Material m = s.materials[g.material];
   make_surfaces<FEATURES>(b, s, g);
   if (params.aovs) shade_aovs(b, s, m, g);
-  if (m.flags & MATERIAL_EMITS) shade_emission(b, params, m, g);
+  if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (g.last) {
     pass_last(b, params, m, g);
     return;
@@ -329,14 +416,16 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   choose_closures(b, s, m, g);
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
-    draw_lights(b, s, g);
+    choose_lights(b, s, m, g);
+    if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
+    else draw_lights<0>(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz);
     connect_lights(b, params, g);
     connect_batch(b, s, params, g, s.world[0].features);
   }
   sample_closures(b, s, m, g);
   evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz);
-  scatter_paths(b, params, g);
+  scatter_paths(b, params, m, g);
 }
 
 static void shade_batch(Batch &__restrict b, Scene s, Params params, const std::vector<Group> &groups) {

@@ -1,11 +1,31 @@
 /* Which tracer the OpenMP loops use: the wide tree in float, the BVH2 of the kernels in double. Included
- * before stages.h, once a variant. */
+ * once a variant. */
 #pragma once
-#ifdef ISOPHOTE_REFERENCE
-#include "../kernels/bvh.h"
-#else
-#include "wide_trace.h"
-#define TRACE(scene, ray, any) \
-  isophote::ISOPHOTE_VARIANT::trace_wide(*static_cast<const isophote::WideTree *>((scene).accelerator), scene, ray, any)
+#ifndef ISOPHOTE_REFERENCE
+#include "wide_packet.h"
 #endif
 #include "../kernels/stages.h"
+#include "wide_tree.h"
+
+namespace isophote {
+namespace ISOPHOTE_VARIANT {
+
+/* How alike the rays are: any order, or neighbours that go much the same way. */
+enum Rays { SCATTERED, COHERENT };
+
+/* Traces the rays source.ray(0) to source.ray(count - 1) and gives their hits to source.store(number, hit). */
+template <typename Source>
+static void trace_all(Scene s, Source &source, uint count, int any, Rays kind = SCATTERED) {
+#ifdef ISOPHOTE_REFERENCE
+  for (uint i = 0; i < count; i++) source.store(i, trace(s, source.ray(i), any));
+#else
+  const WideTree &tree = *static_cast<const WideTree *>(s.accelerator);
+  if (kind == COHERENT && !any && !(s.world[0].features & (FEATURE_INSTANCES | FEATURE_SPHERES)))
+    trace_packets(tree, s, source, count);
+  else
+    trace_wide(tree, s, source, count, any);
+#endif
+}
+
+}  // namespace ISOPHOTE_VARIANT
+}  // namespace isophote

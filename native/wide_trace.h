@@ -1,74 +1,126 @@
-/* Traversal of the wide tree for one ray: eight boxes, then four triangles, in one SIMD test each.
+/* Traversal of the wide tree for many rays in turn.
+ *
+ * A ray meets few nodes and leaves (about seven and three in a closed room of a million triangles), and on its
+ * own it mostly waits: for the next node from the caches, and for branches that nobody can foretell. So a
+ * thread walks LANES rays at a time, one step each, in three loops over lists: those at a node, those at a
+ * block of triangles, those at something else. A step has no branches; what it leads to decides in which list
+ * the ray goes on, and is fetched until its turn comes.
  *
  * SIMD only finds candidates; whether and where one is hit says triangle_hit, so the bits are those of
  * every other tree. Included once for each variant; only for float. */
 #pragma once
-#if defined(__SSE__)
-#include <immintrin.h>
-#endif
-
 #include "../kernels/bvh.h"
-#include "wide_tree.h"
-
-/* Vectors wider than the target's registers only pass between functions that are inlined. */
-#pragma GCC diagnostic ignored "-Wpsabi"
+#include "wide_simd.h"
 
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
-typedef float Float8 __attribute__((vector_size(32)));
-typedef float Float4 __attribute__((vector_size(16)));
-typedef int Int8 __attribute__((vector_size(32)));
-typedef int Int4 __attribute__((vector_size(16)));
+constexpr uint LANES = 32;
+constexpr uint STACK = WIDTH * STACK_SIZE;
+constexpr uint REF_DONE = NONE; /* at the bottom of each stack */
 
-FN Float8 larger(Float8 a, Float8 b) { return a > b ? a : b; }
-FN Float8 smaller(Float8 a, Float8 b) { return a < b ? a : b; }
+/* Distances to planes are b * inverse + offset. The offset's own rounding moves a plane by less than what one
+ * of the coordinates is rounded by, so it is widened by four roundings of origin * inverse (two would do with
+ * fused multiply-add), and comparing allows for 8 more roundings of the distances themselves. */
+constexpr float OFFSET_SLACK = 4.0f * ROUNDING, ENTER_SLACK = 1.0f + 16.0f * ROUNDING;
 
-FN unsigned bits_of(Int8 mask) {
-#if defined(__AVX__)
-  return unsigned(_mm256_movemask_ps(__m256(mask)));
-#else
-  unsigned bits = 0;
-  for (int k = 0; k < WIDTH; k++) bits |= unsigned(mask[k] & 1) << k;
-  return bits;
-#endif
-}
-FN unsigned bits_of(Int4 mask) {
-#if defined(__SSE__)
-  return unsigned(_mm_movemask_ps(__m128(mask)));
-#else
-  unsigned bits = 0;
-  for (int k = 0; k < BLOCK; k++) bits |= unsigned(mask[k] & 1) << k;
-  return bits;
-#endif
-}
-
-/* A ray in the space of the tree, with the planes of boxes that it meets first on each axis. */
-struct WideRay {
-  LocalRay ray;
-  int near_x, near_y, near_z; /* rows of WideNode::bounds; the far ones are their neighbours */
+/* A ray on its way through the tree. */
+struct alignas(64) Lane {
+  float inverse[3], near_offset[3], far_offset[3];
+  float t_min, limit;   /* of box tests, widened */
+  uint32_t near_row[3]; /* bytes in WideNode::bounds to the planes met first; the far ones are beside them */
+  uint32_t top;         /* of the stack: its last entry is where the ray is */
+  uint number;
+  LocalRay local; /* in the space of the tree that is being walked */
+  uint instance;
+  unsigned candidates;
+  const TriangleBlock *block;
+  Ray ray;
+  Hit best;
+  alignas(64) uint32_t refs[STACK + WIDTH];
+  float enters[STACK + WIDTH]; /* distances at which the entries are entered */
 };
 
-FN WideRay make_wide_ray(real3 origin, real3 direction) {
-  WideRay r;
-  r.ray = make_local_ray(origin, direction);
-  r.near_x = r.ray.inverse.x < 0.0f ? 1 : 0;
-  r.near_y = r.ray.inverse.y < 0.0f ? 3 : 2;
-  r.near_z = r.ray.inverse.z < 0.0f ? 5 : 4;
-  return r;
+constexpr uint32_t ROW = sizeof(float[WIDTH]);
+
+/* Of the planes across one axis. */
+struct Slab {
+  float inverse, near_offset, far_offset;
+};
+
+FN Slab make_slab(float origin, float direction) {
+  /* So small that the ray does not leave a slab by it, so large that origin * inverse stays finite. */
+  float tiny = max_real(1e-30f, fabs(origin) * 1e-36f);
+  Slab s;
+  s.inverse = 1.0f / (fabs(direction) < tiny ? (direction < 0.0f ? -tiny : tiny) : direction);
+  float offset = -origin * s.inverse, slack = fabs(offset) * OFFSET_SLACK;
+  s.near_offset = offset - slack;
+  s.far_offset = offset + slack;
+  return s;
 }
 
-FN Float8 bound(const WideNode &n, int row) { return *reinterpret_cast<const Float8 *>(n.bounds[row]); }
+FN uint32_t near_row(int axis, bool back) { return uint32_t(2 * axis + back) * ROW; }
 
-/* Which children the ray enters before t_max, and where. */
-FN unsigned enter_boxes(const WideNode &n, const WideRay &r, float t_min, float t_max, Float8 &enter) {
-  const LocalRay &ray = r.ray;
-  Float8 ax = (bound(n, r.near_x) - ray.origin.x) * ray.inverse.x, bx = (bound(n, r.near_x ^ 1) - ray.origin.x) * ray.inverse.x;
-  Float8 ay = (bound(n, r.near_y) - ray.origin.y) * ray.inverse.y, by = (bound(n, r.near_y ^ 1) - ray.origin.y) * ray.inverse.y;
-  Float8 az = (bound(n, r.near_z) - ray.origin.z) * ray.inverse.z, bz = (bound(n, r.near_z ^ 1) - ray.origin.z) * ray.inverse.z;
-  enter = larger(larger(ax, ay), larger(az, Float8{} + t_min));
-  Float8 leave = smaller(smaller(bx, by), smaller(bz, Float8{} + t_max));
-  return bits_of(enter <= leave * SLAB_SLACK);
+FN void set_axis(Lane &l, int axis, float origin, float direction) {
+  Slab s = make_slab(origin, direction);
+  l.inverse[axis] = s.inverse;
+  l.near_offset[axis] = s.near_offset;
+  l.far_offset[axis] = s.far_offset;
+  l.near_row[axis] = near_row(axis, direction < 0.0f);
+}
+
+FN void enter_space(Lane &l, real3 origin, real3 direction, uint instance) {
+  l.local.origin = origin;
+  l.local.direction = direction;
+  l.local.shear = make_shear(direction);
+  l.instance = instance;
+  set_axis(l, 0, origin.x, direction.x);
+  set_axis(l, 1, origin.y, direction.y);
+  set_axis(l, 2, origin.z, direction.z);
+}
+
+FN void push(Lane &l, uint32_t ref) {
+  l.refs[l.top] = ref;
+  l.enters[l.top++] = 0.0f;
+}
+
+FN void start(Lane &l, const WideTree &tree, uint number, const Ray &ray) {
+  l.number = number;
+  l.ray = ray;
+  l.best = no_hit(ray.t_max);
+  l.t_min = ray.t_min * (1.0f - 16.0f * ROUNDING);
+  l.limit = ray.t_max * LIMIT_SLACK;
+  l.top = 0;
+  enter_space(l, ray.origin, ray.direction, NONE);
+  push(l, REF_DONE);
+  if (tree.root != NONE) push(l, tree.root);
+}
+
+FN Float8 row(const WideNode &n, uint32_t bytes) {
+  return *reinterpret_cast<const Float8 *>(reinterpret_cast<const char *>(n.bounds) + bytes);
+}
+
+/* The children that are entered as keys, the nearest last: the distance, of which the three last bits say which child
+ * it is. Distances that are not negative order like integers. Returns how many there are. */
+FN uint order_children(Int8 entered, Float8 enter, Int8 *keys) {
+  *keys = sorted((Int8(enter) & 0x7ffffff8) | Int8{0, 1, 2, 3, 4, 5, 6, 7} | ~entered);
+  return uint(__builtin_popcount(bits_of(entered)));
+}
+
+/* Puts the children that the ray enters in the place of the node, the nearest on top. */
+FN void step_node(Lane &l, const WideTree &tree) {
+  const WideNode &n = tree.nodes[l.refs[l.top - 1]];
+  Float8 enter = splat8(l.t_min), leave = splat8(l.limit);
+  for (uint32_t axis = 0; axis < 3; axis++) {
+    uint32_t near = l.near_row[axis], far = near ^ ROW;
+    enter = larger(multiply_add(row(n, near), splat8(l.inverse[axis]), splat8(l.near_offset[axis])), enter);
+    leave = smaller(multiply_add(row(n, far), splat8(l.inverse[axis]), splat8(l.far_offset[axis])), leave);
+  }
+  Int8 key;
+  uint count = order_children(enter <= leave * ENTER_SLACK, enter, &key);
+  *reinterpret_cast<Int8u *>(&l.refs[l.top - 1]) = pick(n.child, key);
+  *reinterpret_cast<Int8u *>(&l.enters[l.top - 1]) = key & ~7;
+  l.top += count - 1;
 }
 
 FN Float4 corner(const TriangleBlock &b, int c, int axis) { return *reinterpret_cast<const Float4 *>(b.corner[c][axis]); }
@@ -87,90 +139,132 @@ FN unsigned candidates(const TriangleBlock &b, const LocalRay &r, float t_min, f
   Int4 negative = (u < zero) | (v < zero) | (w < zero), positive = (u > zero) | (v > zero) | (w > zero);
   Float4 det = u + v + w;
   Float4 t = (u * (r.shear.scale * az) + v * (r.shear.scale * bz) + w * (r.shear.scale * cz)) * (1.0f / det);
-  Int4 hit = ~(negative & positive) & (det != zero) & (t >= zero + t_min) & (t <= zero + t_max);
+  Int4 hit = ~(negative & positive) & (det != zero) & (t >= splat4(t_min)) & (t <= splat4(t_max));
   return bits_of(hit) & ((1u << (b.count & ~LAST_IN_LEAF)) - 1u);
 }
 
-FN Hit hit_blocks(const WideTree &tree, Scene s, uint index, uint instance, const LocalRay &local, const Ray &ray, Hit best) {
-  for (;;) {
-    const TriangleBlock &b = tree.blocks[index++];
-    for (unsigned bits = candidates(b, local, ray.t_min, best.t); bits; bits &= bits - 1) {
-      uint at = b.first + uint(__builtin_ctz(bits));
-      const Triangle &t = s.triangles[at];
-      if (instance == NONE && !((t.slot >> 16) & ray.kind)) continue;
-      TriangleHit h = triangle_hit(load3(t.v0), load3(t.v1), load3(t.v2), local.origin, local.direction, local.shear);
-      best = keep_closer(best, h, instance != NONE ? instance : t.instance, t.primitive, at, ray);
-    }
-    if (b.count & LAST_IN_LEAF) return best;
-  }
+FN void step_block(Lane &l, const WideTree &tree) {
+  uint32_t &ref = l.refs[l.top - 1];
+  const TriangleBlock &b = tree.blocks[REF_INDEX(ref)];
+  l.block = &b;
+  l.candidates = candidates(b, l.local, l.ray.t_min, l.best.t);
+  ref++; /* the leaf's next block, if there is one */
+  l.top -= b.count >> 31;
 }
 
-/* The closest hit; with any != 0 the first one found. The same as trace() of kernels/bvh.h. */
-static Hit trace_wide(const WideTree &tree, Scene s, Ray ray, int any) {
-  struct Entry {
-    uint ref;
-    float t;
-  };
-  constexpr int STACK = WIDTH * STACK_SIZE;
-  Entry stack[STACK];
-  int top = 0;
-  Hit best = no_hit(ray.t_max);
-  uint instance = NONE;
-  WideRay world = make_wide_ray(ray.origin, ray.direction);
-  WideRay local = world;
-  float slack_t_min = ray.t_min * (1.0f - 16.0f * ROUNDING);
-  uint ref = tree.root;
-  if (ref == NONE) return best;
-  for (;;) {
-    uint kind = REF_KIND(ref);
-    if (kind == REF_NODE) {
-      const WideNode &n = tree.nodes[ref];
-      alignas(32) Float8 enter;
-      unsigned bits = enter_boxes(n, local, slack_t_min, best.t * LIMIT_SLACK, enter);
-      if (bits) {
-        uint first = uint(__builtin_ctz(bits));
-        bits &= bits - 1;
-        if (!bits) {
-          ref = n.child[first];
-          continue;
-        }
-        int bottom = top;
-        stack[top++] = {n.child[first], enter[first]};
-        for (; bits; bits &= bits - 1) {
-          uint k = uint(__builtin_ctz(bits));
-          Entry entry{n.child[k], enter[k]};
-          int at = top++;
-          if (!any)
-            for (; at > bottom && stack[at - 1].t < entry.t; at--) stack[at] = stack[at - 1];
-          stack[at] = entry;
-        }
-        ref = stack[--top].ref;
-        continue;
-      }
-    } else if (ref == REF_RETURN) {
-      instance = NONE;
-      local = world;
-    } else if (kind == REF_TRIANGLES) {
-      best = hit_blocks(tree, s, REF_INDEX(ref), instance, local.ray, ray, best);
-      if (any && best.index != NONE) return best;
-    } else if (kind == REF_SPHERES) {
-      best = hit_spheres(s, REF_INDEX(ref), local.ray, ray, best);
-      if (any && best.index != NONE) return best;
-    } else {
-      uint i = REF_INDEX(ref);
-      if (s.instances[i].visibility & ray.kind) {
-        stack[top++] = {REF_RETURN, 0.0f};
-        instance = i;
-        local = make_wide_ray(transform_point(s.instances[i].to_object, ray.origin),
-                              transform_vector(s.instances[i].to_object, ray.direction));
-        ref = tree.roots[i];
-        continue;
-      }
+/* Drops what lies behind the closest hit; after any hit nothing is left to do. */
+FN void shorten(Lane &l, int any) {
+  l.limit = l.best.t * LIMIT_SLACK;
+  uint32_t kept = 1;
+  for (uint32_t k = 1; k < l.top && !any; k++) {
+    uint32_t ref = l.refs[k];
+    float enter = l.enters[k];
+    l.refs[kept] = ref;
+    l.enters[kept] = enter;
+    kept += enter <= l.limit;
+  }
+  l.top = kept;
+}
+
+FN real3 corner_of(const TriangleBlock &b, int c, uint k) { return make_real3(b.corner[c][0][k], b.corner[c][1][k], b.corner[c][2][k]); }
+
+FN void hit_candidates(Lane &l, int any) {
+  const TriangleBlock &b = *l.block;
+  float before = l.best.t;
+  for (unsigned bits = l.candidates; bits; bits &= bits - 1) {
+    uint k = uint(__builtin_ctz(bits));
+    if (!(b.visibility[k] & l.ray.kind)) continue;
+    TriangleHit h = triangle_hit(corner_of(b, 0, k), corner_of(b, 1, k), corner_of(b, 2, k), l.local.origin,
+                                 l.local.direction, l.local.shear);
+    l.best = keep_closer(l.best, h, l.instance != NONE ? l.instance : b.instance[k], b.primitive[k], b.first + k, l.ray);
+  }
+  if (l.best.t < before || (any && l.best.index != NONE)) shorten(l, any);
+}
+
+/* What is neither node nor triangle. False where the ray is done. */
+static bool step_other(Lane &l, const WideTree &tree, Scene s, int any) {
+  uint32_t ref = l.refs[l.top - 1];
+  if (ref == REF_DONE) return false;
+  l.top--;
+  if (ref == REF_RETURN) {
+    enter_space(l, l.ray.origin, l.ray.direction, NONE);
+  } else if (REF_KIND(ref) == REF_SPHERES) {
+    float before = l.best.t;
+    l.best = hit_spheres(s, REF_INDEX(ref), l.local, l.ray, l.best);
+    if (l.best.t < before || (any && l.best.index != NONE)) shorten(l, any);
+  } else {
+    const Instance &i = s.instances[REF_INDEX(ref)];
+    if (i.visibility & l.ray.kind) {
+      push(l, REF_RETURN);
+      enter_space(l, transform_point(i.to_object, l.ray.origin), transform_vector(i.to_object, l.ray.direction), REF_INDEX(ref));
+      push(l, tree.roots[REF_INDEX(ref)]);
     }
-    do {
-      if (top == 0) return best;
-      ref = stack[--top].ref;
-    } while (stack[top].t > best.t * LIMIT_SLACK);
+  }
+  return true;
+}
+
+/* Asks for the node or block that a reference names. */
+FN void fetch(const WideTree &tree, uint32_t ref) {
+  const char *node = reinterpret_cast<const char *>(tree.nodes.data() + (REF_KIND(ref) == REF_NODE ? ref : 0));
+  const char *block = reinterpret_cast<const char *>(tree.blocks.data() + REF_INDEX(ref));
+  const char *next = REF_KIND(ref) == REF_TRIANGLES ? block : node;
+  __builtin_prefetch(next);
+  __builtin_prefetch(next + 64);
+  __builtin_prefetch(next + 128);
+  __builtin_prefetch(next + 192);
+}
+
+/* Closest hits of the rays source.ray(0) to source.ray(count - 1), given to source.store(number, hit); with
+ * any != 0 the first one found of each, which says only that there is one. The same as trace() of kernels/bvh.h. */
+template <typename Source>
+static void trace_wide(const WideTree &tree, Scene s, Source &source, uint count, int any) {
+  Lane lanes[LANES];
+  uint nodes[LANES], blocks[LANES], others[LANES], found[LANES];
+  uint at_node = 0, at_block = 0, at_other = 0, started = 0;
+  /* Puts a lane where its next step belongs: at the end of each list, of which one grows. */
+  auto enqueue = [&](uint lane) __attribute__((always_inline)) {
+    uint32_t ref = lanes[lane].refs[lanes[lane].top - 1], kind = REF_KIND(ref);
+    nodes[at_node] = blocks[at_block] = others[at_other] = lane;
+    at_node += kind == REF_NODE;
+    at_block += kind == REF_TRIANGLES;
+    at_other += kind > REF_TRIANGLES;
+    fetch(tree, ref);
+  };
+  for (; started < count && started < LANES; started++) {
+    start(lanes[started], tree, started, source.ray(started));
+    enqueue(started);
+  }
+  while (at_node + at_block + at_other) {
+    uint n = at_node;
+    at_node = 0;
+    for (uint i = 0; i < n; i++) {
+      uint k = nodes[i];
+      step_node(lanes[k], tree);
+      enqueue(k);
+    }
+    n = at_block;
+    at_block = 0;
+    uint found_count = 0;
+    for (uint i = 0; i < n; i++) {
+      uint k = blocks[i];
+      step_block(lanes[k], tree);
+      found[found_count] = k;
+      found_count += lanes[k].candidates != 0;
+    }
+    for (uint i = 0; i < found_count; i++) hit_candidates(lanes[found[i]], any);
+    for (uint i = 0; i < n; i++) enqueue(blocks[i]);
+    n = at_other;
+    at_other = 0;
+    for (uint i = 0; i < n; i++) {
+      uint k = others[i];
+      if (!step_other(lanes[k], tree, s, any)) {
+        source.store(lanes[k].number, lanes[k].best);
+        if (started == count) continue;
+        start(lanes[k], tree, started, source.ray(started));
+        started++;
+      }
+      enqueue(k);
+    }
   }
 }
 

@@ -266,6 +266,9 @@ class Collapser {
           b.corner[c][1][k] = corners[c]->y;
           b.corner[c][2][k] = corners[c]->z;
         }
+        b.primitive[k] = t.primitive;
+        b.instance[k] = t.instance;
+        b.visibility[k] = t.instance == NONE ? RAY_ALL : uint16_t(t.slot >> 16 & RAY_ALL);
       }
       if (done + BLOCK >= count) b.count |= LAST_IN_LEAF;
     }

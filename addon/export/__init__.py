@@ -51,10 +51,12 @@ def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
     if not gatherer.instances:
         return {}
-    meshes, matrices, slots, visibility, _ = zip(*gatherer.instances, strict=False)
+    numbers, meshes, slots, visibility, _ = zip(*gatherer.instances, strict=False)
+    matrices = gatherer.matrices[list(numbers), :3]
+    matrices[:, :, 3] -= gatherer.origin
     return {
         "instance_mesh": np.array(meshes, np.uint32),
-        "instance_to_world": np.stack(matrices),
+        "instance_to_world": matrices,
         "instance_slots": np.array(slots, np.uint32),
         "instance_visibility": np.array(visibility, np.uint32),
         "slot_materials": np.array(gatherer.slots, np.uint32),

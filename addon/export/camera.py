@@ -12,6 +12,7 @@ import numpy as np
 from isophote.scene import SceneError
 
 KINDS = {"PERSP": 0, "ORTHO": 1}
+CELL = 10  # binary orders from the nearest thing that the camera sees to the grid of origins
 
 
 def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -28,14 +29,31 @@ def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarra
     if data.dof.use_dof:
         notes.add("camera", camera.name, "depth of field is not supported: everything is in focus")
     matrix = np.array(camera.matrix_world, dtype=np.float64)
+    axes = make_rigid(matrix, camera.name, notes)
+    window = make_window(data, scene.render, resolution)
+    origin = make_origin(matrix[:3, 3], window[1] - window[0] if data.type == "ORTHO" else data.clip_start)
     arrays = {
         "resolution": np.array(resolution, dtype=np.int32),
         "camera_kind": np.int32(KINDS.get(data.type, 0)),
-        "camera_to_world": np.concatenate([make_rigid(matrix, camera.name, notes), np.zeros((3, 1))], axis=1),
-        "camera_window": make_window(data, scene.render, resolution),
+        "camera_to_world": np.concatenate([axes, (matrix[:3, 3] - origin)[:, None]], axis=1),
+        "camera_window": window,
         "camera_clip": np.array([data.clip_start, data.clip_end], dtype=np.float64),
     }
-    return arrays, matrix[:3, 3].copy()
+    return arrays, origin
+
+
+def make_origin(place: np.ndarray, nearest: float) -> np.ndarray:
+    """The point of a coarse grid that is next to the camera's place, f8 [3]: what all else is relative to.
+
+    Its cells are 2^CELL times as wide as the power of two below `nearest`, the distance of the nearest thing
+    that the camera sees (or the width of what an orthographic one sees), metres. So a camera that moves keeps
+    the bits of what it looks at as long as it stays in its cell, and rounding to float32 moves nothing within
+    the cell by more than 2^-16 of `nearest` (docs/architecture.md). A camera's place within it is exact.
+    """
+    if not nearest > 0.0:
+        return place.copy()
+    cell = np.ldexp(1.0, np.frexp(nearest)[1] - 1 + CELL)
+    return np.round(place / cell) * cell
 
 
 def make_rigid(matrix: np.ndarray, name: str, notes) -> np.ndarray:

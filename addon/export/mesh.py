@@ -50,13 +50,14 @@ def read_mesh(mesh, name: str) -> MeshArrays | None:
     count = len(mesh.loop_triangles)
     if count == 0:
         return None
-    corners = compat.triangle_corners(mesh, count)
+    corners = compat.triangle_corners(mesh, count).reshape(-1, 3)
+    triangles = np.take(compat.corner_vertices(mesh), corners)
     return MeshArrays(
         name=name,
         vertices=compat.vertex_positions(mesh).reshape(-1, 3),
-        triangles=compat.corner_vertices(mesh)[corners].reshape(-1, 3).astype(np.uint32, copy=False),
+        triangles=triangles,
         slots=compat.triangle_slots(mesh, count),
-        normals=compat.triangle_normals(mesh, corners, count),
+        normals=compat.triangle_normals(mesh, corners, triangles),
     )
 
 
@@ -68,12 +69,18 @@ def join_meshes(meshes: list[MeshArrays]) -> dict[str, np.ndarray]:
     smooth = [m.normals is not None for m in meshes]
     first_normal = np.cumsum([0] + [len(m.triangles) if s else 0 for m, s in zip(meshes, smooth, strict=False)])
     arrays = {
-        "vertices": np.concatenate([m.vertices for m in meshes]),
-        "triangles": np.concatenate([m.triangles + np.uint32(v) for m, v in zip(meshes, first_vertex, strict=False)]),
-        "triangle_slots": np.concatenate([m.slots for m in meshes]),
+        "vertices": joined([m.vertices for m in meshes]),
+        "triangles": joined([m.triangles + np.uint32(v) if v else m.triangles
+                             for m, v in zip(meshes, first_vertex, strict=False)]),
+        "triangle_slots": joined([m.slots for m in meshes]),
         "mesh_triangles": np.cumsum([0] + [len(m.triangles) for m in meshes]).astype(np.uint32),
         "mesh_normals": np.where(smooth, first_normal[:-1], -1).astype(np.int32),
     }
     if any(smooth):
-        arrays["normals"] = np.concatenate([m.normals for m in meshes if m.normals is not None])
+        arrays["normals"] = joined([m.normals for m in meshes if m.normals is not None])
     return arrays
+
+
+def joined(arrays: list[np.ndarray]) -> np.ndarray:
+    """One array of several, without a copy where there is one only."""
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)

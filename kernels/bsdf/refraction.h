@@ -25,8 +25,9 @@ FN BsdfSample sample_refraction(Instruction c, int backfacing, GLOBAL const floa
   real3 m = select3(smooth, make_real3(REAL(0.0), REAL(0.0), REAL(1.0)), sample_ggx_normal(alpha, wo, u));
   real cos_mo = dot3(wo, m);
   DielectricFresnel fresnel = fresnel_dielectric(min_real(max_real(cos_mo, REAL(0.0)), REAL(1.0)), ior);
-  real3 wi = normalize3(refract3(wo, m, ior, fresnel.cos_t));
-  int valid = (cos_mo > REAL(0.0)) & (fresnel.f < REAL(1.0)) & (wi.z < REAL(0.0));
+  int refracts = fresnel.f < REAL(1.0); /* else refract3 may give no direction at all */
+  real3 wi = select3(refracts, normalize3(refract3(wo, m, ior, fresnel.cos_t)), zero3() - wo);
+  int valid = (cos_mo > REAL(0.0)) & refracts & (wi.z < REAL(0.0));
   real f = smooth ? REAL(1.0) : ggx_visibility(alpha2, wo, wi);
   return make_sample(wi, splat3(f), delta, LABEL_TRANSMIT | (delta ? LABEL_SINGULAR : LABEL_GLOSSY), valid);
 }

@@ -111,6 +111,20 @@ def test_animation_from_the_command_line(host):
     assert done.stdout.count("Isophote: device") == 2
 
 
+def test_frames_have_the_bits_of_stills_and_what_is_kept_goes(host):
+    """Geometry lives from frame to frame of an animation, and longer where Persistent Data is on; no bit knows."""
+    found, log = host.scenario("animation")
+    for frame in range(1, 5):
+        still = rgba(host.folder / f"still_{frame:04d}.exr")
+        for name in ("usual", "persistent", "again", "off"):
+            assert np.array_equal(rgba(host.folder / f"{name}_{frame:04d}.exr"), still), (name, frame)
+    assert found["usual"] == {"made": ["built", "kept", "kept", "refitted"], "left": 0}, log
+    assert found["persistent"] == {"made": ["built", "kept", "kept", "refitted"], "left": 1}
+    assert found["again"] == {"made": ["refitted", "kept", "kept", "refitted"], "left": 1}
+    assert found["still"] == ["built"] * 4
+    assert (found["off"], found["after"], found["loaded"]) == (0, 1, 0)
+
+
 def test_metadata_says_how_it_was_made(host):
     done = host.run("--python", str(TURNING_CUBE), "-o", str(host.folder / "still_#"), "-F", "PNG", "-f", "1", "--",
                     str(host.folder))

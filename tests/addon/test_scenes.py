@@ -22,7 +22,7 @@ def scene_hash(path) -> str:
 
 def test_scene_files_have_the_same_bits_on_both_devices(host):
     files = OWN + [file for file in OTHERS if file.exists()]
-    assert len(OWN) == 5
+    assert len(OWN) == 6
     found, log = host.scenario("scene_files", *map(str, files), timeout=400)
     assert found["files"] == len(files)
     for file in files:

@@ -98,12 +98,13 @@ def test_no_drift_after_2_to_the_24_samples():
     b.world = radiance
     settings = Settings(threads=1, passes=("combined",))
     device = opened("openmp", settings, ready(b.make()))
-    film, flag = Film((0, 0, 1, 1), 8), np.zeros(1, np.int32)
+    film, rays, flag = Film((0, 0, 1, 1), 8), np.zeros(2, np.uint64), np.zeros(1, np.int32)
     params = make_params(WorkItem(film.region, 0, BLOCK), settings)
     while film.end < 1 << 24:  # without OpenMPDevice.render's thread an item: a quarter of a million of them
         params.view(params_dtype())["first_sample"] = film.end
-        assert device.native.render(device.variant, device.buffers, device.tree, params, 1, film.open, flag)
+        assert device.native.render(device.variant, device.buffers, device.tree, params, 1, film.open, rays, flag)
         film.add_samples(BLOCK)
+    assert rays.tolist() == [1 << 24, 0]
     seen = pixels(film)[0, 0]
     assert film.samples == 1 << 24
     assert abs(seen[1] / np.float32(0.1) - 1) < 1e-6 and abs(seen[3] - 1) < 1e-6

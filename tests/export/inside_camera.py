@@ -15,7 +15,7 @@ SIZES = ((640, 480), (300, 700))
 
 def projected(scene, points):
     """Points of the world as fractions of the picture, from its lower left corner."""
-    local = (points - scene.origin) @ scene.camera_to_world[:, :3]
+    local = (points - scene.origin - scene.camera_to_world[:, 3]) @ scene.camera_to_world[:, :3]
     if scene.camera_kind == 0:
         local = local / -local[:, 2:]
     left, right, bottom, top = scene.camera_window
@@ -68,6 +68,24 @@ def test_resolution_percentage():
     render = bpy.context.scene.render
     render.resolution_x, render.resolution_y, render.resolution_percentage = 641, 480, 33
     assert export().resolution.tolist() == [int(641 * 0.33), int(480 * 0.33)]
+
+
+def test_origin_stays_while_the_camera_moves_in_its_cell():
+    """Cells of 64 m for things from 0.1 m on; the camera's place is exact in float32, wherever it is."""
+    camera = bpy.context.scene.camera
+    for place, origin in (((31.9, -31.9, 0.3), (0, 0, 0)), ((32.5, 100.0, -97.0), (64, 128, -128)),
+                          ((1e6 + 0.0625, -299990.0, 0), (1e6, -299968, 0))):
+        camera.location = place
+        made = export()
+        near(made.origin, origin)
+        local = made.camera_to_world[:, 3]
+        assert np.array_equal(local.astype(np.float32), local)
+        assert np.array_equal((made.origin + local).astype(np.float32), np.array(place, np.float32))
+    camera.location = (5.0, 0.0, 0.0)
+    camera.data.clip_start = 0.01
+    near(export().origin, (8, 0, 0))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 1.0
+    near(export().origin, (0, 0, 0))
 
 
 def test_what_is_left_out_is_named():

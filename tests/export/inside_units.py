@@ -41,7 +41,7 @@ def floor_radiance(scene):
     """The same from the records of the exported scene: albedo / pi times irradiance at the world's origin."""
     from isophote.lights import light_records
 
-    light = light_records(scene)[0][0]
+    light = light_records(scene)[0]
     place = light["position"].astype(float) + scene.origin
     radiance, distance2 = light["radiance"].astype(float), float((place ** 2).sum())
     cosine = place[2] / np.sqrt(distance2)

@@ -105,9 +105,9 @@ def bytes_and_tree(buffers):
     return list(data.values()), _native.make_wide_tree(data["nodes"], data["triangles"], data["instances"], root, 2)
 
 
-def hits(data, tree, rays, any_hit=False, threads=2, variant=STRICT[0]):
+def hits(data, tree, rays, any_hit=False, threads=2, variant=STRICT[0], packets=False):
     """uint32 (n, 5): bits of t, u, v, instance and primitive. The index depends on the tree's order of triangles."""
-    tuv, ids = _native.trace(variant, data, tree, rays, any_hit, threads)
+    tuv, ids = _native.trace(variant, data, tree, rays, any_hit, threads, packets)
     return np.concatenate([tuv[:, :3].view(np.uint32), ids], axis=1)
 
 
@@ -129,6 +129,50 @@ def test_wide_tree(kind, variant):
     rays, data, wide, closest = traced(kind)
     np.testing.assert_array_equal(hits(data, wide, rays, variant=variant), closest)
     np.testing.assert_array_equal(hits(data, None, rays, variant=variant, threads=1), closest)
+
+
+def bundles(rays):
+    """Sixteen rays in the place of each: the same one, in part turned a little, so that packets stay together."""
+    rng = np.random.default_rng(5)
+    sixteen = np.repeat(rays, 16, axis=0)
+    turned = sixteen[:, 3:6] + rng.normal(size=(len(sixteen), 3)) * rng.choice([0, 1e-6, 1e-2], (len(sixteen), 1))
+    sixteen[:, 3:6] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    return sixteen
+
+
+@pytest.mark.parametrize("variant", STRICT)
+def test_packets(kind, variant):
+    """Of rays that go much the same way, of rays that do not, and of a number that sixteen does not divide."""
+    rays, data, wide, closest = traced(kind)
+    np.testing.assert_array_equal(hits(data, wide, rays[:5003], variant=variant, packets=True), closest[:5003])
+    together = bundles(rays[::23])
+    np.testing.assert_array_equal(hits(data, wide, together, variant=variant, packets=True),
+                                  hits(data, None, together, variant=variant))
+
+
+@pytest.mark.parametrize("exponent", [-40, 0, 40])
+def test_hard_directions_and_scales(exponent):
+    """Components of a direction that are zero, of either sign, or hardly more; origins in planes of boxes and far off;
+    scenes of a picometre and of light minutes."""
+    rng = np.random.default_rng(6)
+    k = np.float32(2.0 ** exponent)
+    b = Builder()
+    material = b.material(diffuse(0.5))
+    vertices, triangles = soup(rng, 300, 0.4)
+    b.instance(b.mesh((vertices * k, triangles)), material)
+    b.instance(b.mesh(box(half=1.9 * k)), material)
+    data, wide = bytes_and_tree(ready(b.make()).buffers)
+    direction = np.eye(3)[rng.integers(3, size=RAYS)] * rng.choice([-1, 1], (RAYS, 1))
+    direction += rng.choice([0.0, -0.0, 1e-38, -1e-38, 1e-30, 1e-20, -1e-8, 0.3], (RAYS, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    origin = np.round(rng.uniform(-2, 2, (RAYS, 3)) * 8) / 8 - direction * rng.choice([0, 10, 1e6], (RAYS, 1))
+    limits = np.zeros((RAYS, 1)), np.full((RAYS, 1), FAR)
+    rays = bundles(np.concatenate([origin * k, direction, *limits], axis=1).astype(np.float32)[::4])
+    closest = hits(data, None, rays)
+    assert (closest[:, 3] != numbers()["NONE"]).mean() > 0.3
+    for variant in STRICT:
+        for packets in (False, True):
+            np.testing.assert_array_equal(hits(data, wide, rays, variant=variant, packets=packets), closest)
 
 
 @pytest.mark.parametrize("tree", ["BVH2", "wide"])

@@ -9,7 +9,7 @@ from noise_device import NoiseDevice, Prepared
 def engine(monkeypatch):
     """Session without the native module: prepare does nothing, the CPU is a NoiseDevice. Its module comes back."""
     prepare = types.ModuleType("isophote.prepare")
-    prepare.prepare = lambda scene: Prepared()
+    prepare.prepare = lambda scene, kept=None: Prepared()
     openmp = types.ModuleType("isophote.openmp")
     openmp.OpenMPDevice = NoiseDevice
     opencl = types.ModuleType("isophote.opencl")

@@ -12,7 +12,7 @@ from isophote.scene import make_scene
 @dataclass
 class Prepared:
     buffers: dict = field(default_factory=dict)
-    features: tuple = ()
+    features: int = 0
     build_seconds: float = 0.25
     notes: list = field(default_factory=list)
 
@@ -49,12 +49,15 @@ def radiance(region, sample: int, seed: int, planes: int) -> np.ndarray:
 class NoiseDevice:
     """`fail_after`: samples after which render raises; `on_sample` is called before each; `delay` seconds a sample."""
 
-    driver, strict, compile_seconds = "numpy", True, 0.0
+    driver, strict, compile_seconds, kernels_from, notes, memory = "numpy", True, 0.0, "", (), {}
 
     def __init__(self, settings=None, kind="openmp", fail_after=None, on_sample=None, delay=0.0, planes_seen=None):
         self.name, self.kind = f"noise {kind}", kind
         self.fail_after, self.on_sample, self.delay = fail_after, on_sample, delay
         self.uploads, self.closed, self.items = 0, False, []
+
+    def check_room(self, prepared):
+        pass
 
     def upload(self, prepared):
         self.uploads += 1

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from isophote import materials
@@ -218,6 +218,7 @@ random_numbers = st.one_of(st.sampled_from([0.0, 2.0**-24, 0.5, 1 - 2.0**-24]), 
 @given(roughness=roughness_values, ior=ior_values, mu=cosines, mu_i=cosines, azimuth=st.floats(0, 6.3),
        u=st.tuples(random_numbers, random_numbers, random_numbers), back=st.integers(0, 1),
        multiscatter=st.integers(0, 1))
+@example(roughness=0.0, ior=1e-5, mu=1.0, mu_i=1e-38, azimuth=0.0, u=(0.0, 0.0, 0.0), back=0, multiscatter=0)
 def test_extremes_stay_finite(roughness, ior, mu, mu_i, azimuth, u, back, multiscatter):
     kernels = extreme_kernels()
     cases = [*reflections(roughness, multiscatter), *refractions(roughness, multiscatter, iors=(ior,)),

@@ -8,6 +8,7 @@ from noise_device import NoiseDevice, tiny_scene
 
 from isophote.cli import cli
 from isophote.images import read_image
+from isophote.kernel_cache import KernelCache
 from isophote.scene import save_scene
 
 pytest.importorskip("OpenImageIO")
@@ -181,6 +182,24 @@ def test_devices():
     result = json.loads(run("devices", "--json").stdout)
     assert result["devices"][0]["id"] == "openmp" and result["devices"][0]["usable"] is True
     assert "noise openmp" in run("devices").stdout
+
+
+def test_devices_says_where_kernels_are_kept(tmp_path, monkeypatch):
+    assert json.loads(run("devices", "--json").stdout)["kernel_cache"]["folder"] is None
+    assert "kernels    not kept" in run("devices").stdout
+    monkeypatch.setenv("ISOPHOTE_KERNEL_CACHE", str(tmp_path))
+    KernelCache(tmp_path).store("a", bytes(2_000_000))
+    assert f"kernels    kept in {tmp_path}: 1 entries, 2.0 MB of at most 134.2 MB" in run("devices").stdout
+
+
+def test_explain_says_what_was_compiled_and_held(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(NoiseDevice, "kernels_from", "cache")
+    monkeypatch.setattr(NoiseDevice, "memory", {"scene": 2048, "paths": 3 << 20})
+    told = run("render", scene, "-o", tmp_path / "a.png", "--samples", 1, "--explain").stdout
+    assert "used       nothing" in told and "left out   instances, spheres" in told
+    assert "kernels    from the cache in 0.00 s" in told and "memory     scene 2.0 KiB, paths 3.0 MiB" in told
+    result = json.loads(run("render", scene, "-o", tmp_path / "a.png", "--samples", 1, "--json").stdout)
+    assert result["memory"]["scene"] == 2048 and result["samples_by_device"] == {"noise openmp": 1}
 
 
 def test_compare(scene, tmp_path):

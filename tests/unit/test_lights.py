@@ -1,5 +1,4 @@
-"""Lights: what sample_light draws against its density, what hit_lamp says of the same directions, and how one of
-many is picked."""
+"""Lights: what sample_light draws against its density, and what hit_lamp says of the same directions."""
 
 import ctypes
 import hashlib
@@ -11,7 +10,6 @@ import pytest
 from scipy import stats
 
 from isophote import _native
-from isophote.prepare import alias_table
 from isophote.records import numbers, params_dtype, records, scene_buffers
 from tests.kernel_lib import BUILD, ROOT, STRICT, find_compiler
 from tests.scenes import (
@@ -24,7 +22,6 @@ from tests.scenes import (
     diffuse,
     emission,
     look_at,
-    place,
     quad,
     ready,
 )
@@ -41,7 +38,8 @@ int probe_size() { return sizeof(Light); }
 void probe_sample(const Light *l, const float *p, int n, const float *u, float *direction, float *radiance, float *pdf,
                   float *distance) {
   for (int i = 0; i < n; i++) {
-    LightSample s = sample_light(*l, make_real3(p[0], p[1], p[2]), make_real2(u[2 * i], u[2 * i + 1]));
+    LightSample s = sample_light(*l, make_real3(p[0], p[1], p[2]), make_real2(u[2 * i], u[2 * i + 1]),
+                                 l->kind == LIGHT_TRIANGLE ? 0u : FEATURE_LAMPS);
     float d[3] = {s.direction.x, s.direction.y, s.direction.z}, r[3] = {s.radiance.x, s.radiance.y, s.radiance.z};
     for (int k = 0; k < 3; k++) direction[3 * i + k] = d[k], radiance[3 * i + k] = r[k];
     pdf[i] = s.pdf;
@@ -58,11 +56,6 @@ void probe_hit(const Light *l, const float *p, int n, const float *d, float t_ma
     pdf[i] = h.pdf;
     hit[i] = h.hit;
   }
-}
-void probe_pick(const AliasEntry *table, unsigned count, int n, const float *u, unsigned *picked) {
-  Scene s;
-  s.light_alias = table;
-  for (int i = 0; i < n; i++) picked[i] = pick_light(s, u[i], count);
 }
 }
 """
@@ -205,30 +198,79 @@ def test_samples_follow_their_density(kernel, case):
     assert abs(observed[~inside].sum() - rest) < 5 * np.sqrt(rest) + 0.01 * SAMPLES
 
 
-def test_triangles_are_sampled_by_area(kernel):
-    """Barycentric cells of equal area get equal counts; the density is per solid angle, from both sides."""
+def solid_angle(corners):
+    """Of a triangle seen from the origin, by its angles (Girard), float64."""
+    a, b, c = corners / np.linalg.norm(corners, axis=1)[:, None]
+    normals = [np.cross(a, b), np.cross(b, c), np.cross(c, a)]
+    angles = [np.pi - np.arccos(np.clip(x @ y / np.linalg.norm(x) / np.linalg.norm(y), -1, 1))
+              for x, y in zip(normals, normals[1:] + normals[:1], strict=True)]
+    return sum(angles) - np.pi
+
+
+CORNERS = np.array(((0, 0, 1), (2, 0.5, 1.5), (0.3, 1.2, 2)))
+INSIDE = CORNERS.mean(0)
+NORMAL = np.cross(CORNERS[1] - CORNERS[0], CORNERS[2] - CORNERS[0]) / np.linalg.norm(
+    np.cross(CORNERS[1] - CORNERS[0], CORNERS[2] - CORNERS[0]))
+VIEWS = {"in front": np.array((0.5, 0.2, 0.1)), "behind": np.array((0.5, 0.2, 4.0)), "far": np.array((9.0, -7, 12)),
+         "grazing": INSIDE + 1.5 * (CORNERS[0] - INSIDE) + 0.02 * NORMAL, "close": INSIDE + 0.03 * NORMAL,
+         "as good as in it": INSIDE + 1e-4 * NORMAL, "very far": np.array((60.0, -30, 40))}
+
+
+def triangle_light(corners=CORNERS):
     b = Builder()
-    corners = np.array(((0, 0, 1), (2, 0.5, 1.5), (0.3, 1.2, 2)))
     b.add((corners, np.array([[0, 1, 2]])), emission(1.0))
-    light = ready(b.make()).buffers["lights"]
-    rng = np.random.default_rng(3)
-    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-    for p in ((0.5, 0.2, 0.1), (0.5, 0.2, 4.0)):
-        d, _, pdf, distance = (a.astype(float) for a in kernel.sample(light, p, rng.random((SAMPLES, 2), np.float32)))
-        points = p + d * distance[:, None]
-        weights = np.linalg.solve(np.stack([corners[1] - corners[0], corners[2] - corners[0], normal], axis=1),
-                                  (points - corners[0]).T)
-        assert np.abs(weights[2]).max() < 1e-5 and weights[:2].min() > -1e-5 and weights[:2].sum(0).max() < 1 + 1e-5
-        area = np.linalg.norm(normal) / 2
-        np.testing.assert_allclose(pdf, distance ** 2 / (np.abs(d @ normal) / (2 * area) * area), rtol=1e-4)
-        # Sorting the three weights cuts the triangle into 6 parts of equal area, and into strips by the first one.
-        three = np.stack([*weights[:2], 1 - weights[:2].sum(0)])
-        parts = np.argsort(three, axis=0)[0] * 2 + (np.argsort(three, axis=0)[1] > np.argsort(three, axis=0)[2])
-        assert stats.chisquare(np.bincount(parts, minlength=6)).pvalue > SIGNIFICANCE
-        strips = np.histogram(1 - np.sqrt(np.clip(1 - weights[0], 0, 1)), 20, (0, 1))[0]
-        exact = SAMPLES * np.diff(1 - (1 - np.linspace(0, 1, 21)) ** 4)
-        assert stats.chisquare(strips[exact > 5], exact[exact > 5] * strips[exact > 5].sum()
-                               / exact[exact > 5].sum()).pvalue > SIGNIFICANCE
+    return ready(b.make()).buffers["lights"]
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_triangles_are_sampled_by_solid_angle(kernel, view):
+    """All directions meet the triangle; their density is 1 / solid angle, and by area where that is tiny or huge."""
+    light, p = triangle_light(), VIEWS[view]
+    rng = np.random.default_rng(zlib.crc32(view.encode()))
+    d, _, pdf, distance = (a.astype(float) for a in kernel.sample(light, p, rng.random((SAMPLES, 2), np.float32)))
+    points = p + d * distance[:, None]
+    weights = np.linalg.solve(np.stack([CORNERS[1] - CORNERS[0], CORNERS[2] - CORNERS[0], NORMAL], axis=1),
+                              (points - CORNERS[0]).T)
+    size = np.linalg.norm(CORNERS - p, axis=1).max()
+    assert np.abs(weights[2]).max() < 1e-5 * size
+    assert weights[:2].min() > -2e-5 * size and weights[:2].sum(0).max() < 1 + 2e-5 * size
+    exact = solid_angle(CORNERS - p.astype(np.float32).astype(float))
+    if 3e-4 < exact < 6.2:
+        np.testing.assert_allclose(pdf, 1 / exact, rtol=2e-5)
+    else:
+        area = np.linalg.norm(np.cross(CORNERS[1] - CORNERS[0], CORNERS[2] - CORNERS[0])) / 2
+        np.testing.assert_allclose(pdf, distance ** 2 / (np.abs(d @ NORMAL) * area), rtol=2e-3)
+    # The medians cut the triangle into 6: each gets its part of the solid angle, or by area the same.
+    three = np.stack([1 - weights[:2].sum(0), *weights[:2]])
+    ranks = np.argsort(three, axis=0)
+    parts, shares = [], []
+    for first in range(3):
+        for second in range(3):
+            if first == second:
+                continue
+            parts.append(((ranks[2] == first) & (ranks[1] == second)).sum())
+            piece = np.stack([CORNERS[first], (CORNERS[first] + CORNERS[second]) / 2, INSIDE])
+            shares.append(solid_angle(piece - p) if 3e-4 < exact < 6.2 else 1.0)
+    expected = np.array(shares) / sum(shares) * SAMPLES
+    assert stats.chisquare(parts, expected).pvalue > SIGNIFICANCE
+
+
+def test_small_and_slim_triangles_keep_their_digits(kernel):
+    """Down to where sampling goes over to area: directions meet the triangle, solid angles are those of float64."""
+    rng = np.random.default_rng(5)
+    u = rng.random((2000, 2), np.float32)
+    for size, slim in ((0.03, 1.0), (0.3, 0.01), (3.0, 0.001), (3.0, 0.1)):
+        shape = np.array(((0, 0, 0), (1, 0, 0.2), (0.3, slim, 0)))
+        corners = (np.array((0.1, 0.2, 1.0)) + size * shape).astype(np.float32)
+        light = triangle_light(corners.astype(float))
+        exact = solid_angle(corners.astype(float))
+        d, _, pdf, distance = (a.astype(float) for a in kernel.sample(light, (0, 0, 0), u))
+        if exact > 3.1e-4:
+            np.testing.assert_allclose(pdf, 1 / exact, rtol=1e-4)
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        edges = np.stack([corners[1] - corners[0], corners[2] - corners[0], normal], axis=1).astype(float)
+        weights = np.linalg.solve(edges, (d * distance[:, None] - corners[0]).T)
+        assert weights[:2].min() > -1e-3 and weights[:2].sum(0).max() < 1 + 1e-3
 
 
 def test_lamps_are_one_sided_and_nothing_from_inside(kernel):
@@ -241,35 +283,3 @@ def test_lamps_are_one_sided_and_nothing_from_inside(kernel):
     light = record(*LAMPS["point"])
     d, _, pdf, _ = kernel.sample(light, DOWN[:, 3] + 0.1, u)
     assert not pdf.any() and not kernel.hit(light, DOWN[:, 3] + 0.1, d)[2].any()
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 50, 1000])
-def test_alias_table_has_the_frequencies(kernel, count):
-    """Exactly, as the table says them; and the kernel's picks over evenly spread numbers."""
-    weights = np.random.default_rng(count).exponential(size=count) ** 3
-    weights[count // 2:count // 2 + 1] = 0 if count > 2 else weights[count // 2:count // 2 + 1]
-    wanted = weights / weights.sum()
-    table = alias_table(wanted)
-    said = table["keep"].astype(float).copy()
-    np.add.at(said, table["alias"], 1 - table["keep"].astype(float))
-    np.testing.assert_allclose(said / count, wanted, atol=1e-7)
-    u = ((np.arange(1 << 20) + 0.5) / (1 << 20)).astype(np.float32)
-    u = np.minimum(u, np.float32(1 - 2.0**-24))
-    picked = np.empty(len(u), np.uint32)
-    kernel.call("probe_pick", table, count, len(u), u, picked)
-    assert picked.max() < count
-    share = np.bincount(picked, minlength=count) / len(u)
-    np.testing.assert_allclose(share, wanted, atol=2 * count ** 0.5 / len(u) + 3e-6)
-    assert not share[wanted == 0].any()
-
-
-def test_lights_are_picked_by_power(kernel):
-    """Probabilities of a scene's lamps and triangles add up to 1 and go with their watts (docs/units.md)."""
-    b = Builder()
-    b.lamp(POINT, 10.0, place((0, 0, 3)))
-    b.lamp(SPOT, 10.0, place((0, 0, 3)), spot=(np.pi / 2, 0.0))
-    b.lamp(RECTANGLE, 5.0, place((0, 0, 3)), (1, 2))
-    b.add(quad((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0)), emission(2.0))
-    lights = ready(b.make()).buffers["lights"]
-    watts = np.array([10, 10 * (1 - np.cos(np.pi / 4)) / 2, 5, 2 * np.pi * 2 * 0.5, 2 * np.pi * 2 * 0.5])
-    np.testing.assert_allclose(lights["probability"], watts / watts.sum(), rtol=1e-5)

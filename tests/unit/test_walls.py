@@ -68,11 +68,14 @@ def test_only_portable_h_asks_which_compiler_reads_it(files):
 
 
 def test_kernels_use_no_library_function_whose_bits_differ(files):
-    """Own elementary functions: a plain call of the C library's would give other bits on each device."""
+    """Own elementary functions: a plain call of the C library's would give other bits on each device.
+
+    portable.h names two of them for tests of boxes, which may err.
+    """
     names = "sin|cos|tan|exp|exp2|log|log2|pow|acos|asin|atan|atan2|fmin|fmax|rsqrt"
     calls = rf"(?<![\w.])({names}|native_\w+|half_\w+)\s*\("
     for name, text in files.items():
-        if name.startswith("kernels/"):
+        if name.startswith("kernels/") and name != "kernels/portable.h":
             code = re.sub(r"/\*.*?\*/|//[^\n]*", " ", text, flags=re.S)
             assert not re.search(calls, code), (name, re.search(calls, code).group())
 

@@ -17,6 +17,7 @@ for file in FILES:
     render = bpy.context.scene.render
     scene = small_scene(WIDTH, max(1, WIDTH * render.resolution_y // render.resolution_x), samples=4)
     exr_output(scene)
+    scene.isophote.wait_for_kernels = True
     for device in ("openmp", "opencl"):
         scene.isophote.device = device
         render_to(scene, f"{Path(file).stem}_{device}.exr")

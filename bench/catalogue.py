@@ -1,0 +1,93 @@
+"""The benches that `python -m bench` runs, with what it gives them and how their rows are shown."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import dataclass
+
+# In arguments: exported scenes (.npz: cornell, monkeys, glassbox), and the folder in which scenes lie or are made.
+SCENES, FOLDER = "{scenes}", "{folder}"
+MADE = ("--made", FOLDER)
+STUDY = "docs/study/rows"
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A program bench/NAME.py that prints rows of JSON.
+
+    `needs`: "bpy" (a Python with that wheel), "opencl" (a driver), "scenes" (see SCENES), "own scenes"
+    (those of blend_scenes, exported into FOLDER). `columns` maps a table's headings to dotted paths in a
+    row; without them every plain value is shown. `pivot` is (path of the line, format of the heading,
+    path of the value): one line for each scene, say, with a column for each device. A bench with `then`,
+    the arguments of a second run, keeps its rows itself and makes a page of its own.
+    """
+
+    name: str
+    what: str
+    arguments: tuple[str, ...] = ()
+    quick: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    columns: dict[str, str] | None = None
+    pivot: tuple[str, str, str] | None = None
+    then: tuple[str, ...] = ()
+
+    @property
+    def exists(self) -> bool:
+        return importlib.util.find_spec(f"bench.{self.name}") is not None
+
+
+BENCHES = {bench.name: bench for bench in (
+    Bench("build", "building trees: triangles a second, beside Embree's builders",
+          quick=("--counts", "100000", "--rounds", "1"),
+          columns={"scene": "scene", "triangles": "triangles", "builder": "builder", "threads": "threads",
+                   "million triangles/s": "mtriangles_per_second", "boxes, s": "stages.boxes", "split": "stages.split",
+                   "join": "stages.join", "collapse": "stages.collapse", "expected cost": "sah", "depth": "depth"}),
+    Bench("rays", "rays a second by kind, against Embree",
+          quick=("--triangles", "100000", "--rays", "65536", "--rounds", "1"),
+          columns={"scene": "scene", "triangles": "triangles", "rays": "kind", "against": "against",
+                   "ours / Embree": "ratio", "lowest": "ratio_min", "highest": "ratio_max",
+                   "single rays": "ratio_single", "ours, Mrays/s": "isophote_mrays",
+                   "packets": "isophote_packet_mrays", "Embree": "embree_mrays", "its packets": "embree_packet_mrays",
+                   "hits that differ": "differ"}),
+    Bench("compile", "OpenCL kernels: from a compiler and from caches", quick=("cornell_like", "--rounds", "1"),
+          needs=("opencl",),
+          columns={"scene": "scene", "device": "device", "operations": "operations", "cold, s": "cold",
+                   "our cache": "ours", "driver's cache": "driver", "uncached": "uncached",
+                   "entry, bytes": "entry_bytes", "generate": "kernels.generate", "extend": "kernels.extend",
+                   "shade": "kernels.shade", "connect": "kernels.connect", "accumulate": "kernels.accumulate"}),
+    Bench("memory", "bytes a triangle, ours and Cycles'", MADE, needs=("bpy",),
+          columns={"scene": "scene_name", "triangles": "triangles", "buffers": "scene_a_triangle",
+                   "CPU's tree": "tree_a_triangle", "peak of building": "peak_a_triangle",
+                   "OpenCL device": "device_a_triangle", "Cycles (CPU)": "cycles_a_triangle",
+                   "its peak": "cycles_peak_a_triangle"}),
+    Bench("export", "from Blender's scene to the first sample: seconds by stage, first and next frames",
+          ("--folder", FOLDER), ("--folder", FOLDER, "--scenes", "flat", "--triangles", "20000", "--rounds", "1"),
+          ("bpy",)),
+    Bench("device_speed", "samples a second of devices",
+          (SCENES, "--devices", "openmp,opencl", "--precisions", "strict,fast"),
+          (SCENES, "--devices", "openmp", "--samples", "2", "--rounds", "1"), ("scenes",),
+          pivot=("scene", "{device} {precision} {threads}", "msamples_per_second")),
+    Bench("cycles_speed", "samples a second against Cycles on the CPU", MADE,
+          (*MADE, "--samples", "2", "--rounds", "1"), needs=("bpy",),
+          columns={"scene": "scene", "Isophote / Cycles, median": "ratio_median", "lowest": "ratio_min",
+                   "highest": "ratio_max", "threads": "threads", "samples": "samples"}),
+    Bench("error_over_time", "error over time against Cycles", MADE,
+          (*MADE, "--reference", "512", "--samples", "4,8", "--seeds", "2", "--rounds", "1"), ("bpy",),
+          columns={"scene": "scene", "samples": "samples", "error, ours / Cycles'": "error_ratio_mean",
+                   "without fireflies": "error_ratio_trimmed", "speed, ours / Cycles'": "speed.ratio_median",
+                   "time to equal error, Cycles' / ours": "time_ratio_mean",
+                   "without its fireflies": "time_ratio_trimmed"}),
+    Bench("cycles_compare", "pictures against Cycles: means, tiles, pixels, noise",
+          (*MADE, "--report", "docs/comparison"),
+          (*MADE, "--size", "64", "--replicates", "4"), ("bpy",),
+          columns={"scene": "scene", "noise, mean of pixels": "noise.mean", "median pixel": "noise.median",
+                   "agrees": "agrees"}),
+    Bench("parity", "the same bits: devices, threads, splits, resuming",
+          (SCENES, "--devices", "openmp,opencl", "--size", "32x32", "--samples", "1024"),
+          (SCENES, "--devices", "openmp", "--size", "16x16", "--samples", "64"), ("scenes",),
+          columns={"scene": "scene", "device": "name", "threads": "threads", "split": "split", "resumed": "resumed",
+                   "equal": "equal", "verdict": "verdict"}),
+    Bench("study", "the founding report's experiments", ("measure", "-o", STUDY, "--scenes", FOLDER),
+          ("measure", "-o", "build/study", "--scenes", FOLDER, "--budget", "1"), ("opencl", "own scenes"),
+          then=("draw", STUDY, "-o", "docs/study")),
+)}

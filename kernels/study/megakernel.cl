@@ -1,0 +1,16 @@
+/* All of a path in one work-item, as in the report's first version. */
+__kernel void megakernel(SCENE_PARAMETERS, RESULT_PARAMETERS, uint stride, uint first_pixel, uint count) {
+  MAKE_SCENE
+  uint i = get_global_id(0);
+  if (i >= count) return;
+  Path p = start_path(s, params, results, aovs, stride, first_pixel, i);
+  for (int alive = 1; alive;) {
+    Shaded r = shade_path(s, params, p, trace(s, path_ray(p), 0), results, aovs, stride);
+    if (r.connected) {
+      real3 kept = trace_connection(s, params, r.connection.ray, r.connection.passed, SCENE_FEATURES);
+      add_result(results, stride, i, r.connection.light * kept);
+    }
+    p = r.path;
+    alive = r.alive;
+  }
+}

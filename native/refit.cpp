@@ -1,0 +1,144 @@
+#include "refit.h"
+
+#include <algorithm>
+#include <unordered_map>
+#include <vector>
+
+namespace isophote {
+namespace {
+
+constexpr int SHARED_LEVELS = 8; /* of the tree, above the subtrees that threads take */
+
+struct Box {
+  float lo[3], hi[3];
+  void add(const Box &b) {
+    for (int a = 0; a < 3; a++) {
+      lo[a] = std::min(lo[a], b.lo[a]);
+      hi[a] = std::max(hi[a], b.hi[a]);
+    }
+  }
+  /* Wider by the roundings of a hit, as when the tree was built (isophote/geometry.py). */
+  void widen(float margin) {
+    float largest = 0.0f;
+    for (int a = 0; a < 3; a++) largest = std::max(largest, std::max(-lo[a], hi[a]));
+    for (int a = 0; a < 3; a++) {
+      lo[a] -= largest * margin;
+      hi[a] += largest * margin;
+    }
+  }
+  double half_area() const {
+    double x = double(hi[0] - lo[0]), y = double(hi[1] - lo[1]), z = double(hi[2] - lo[2]);
+    return x * y + y * z + z * x;
+  }
+};
+
+Box child_box(const Bvh2Node &n, int k) { return {{n.lo_x[k], n.lo_y[k], n.lo_z[k]}, {n.hi_x[k], n.hi_y[k], n.hi_z[k]}}; }
+
+void set_child_box(Bvh2Node &n, int k, const Box &b) {
+  n.lo_x[k] = b.lo[0], n.lo_y[k] = b.lo[1], n.lo_z[k] = b.lo[2];
+  n.hi_x[k] = b.hi[0], n.hi_y[k] = b.hi[1], n.hi_z[k] = b.hi[2];
+}
+
+/* The box below a reference, and areas times costs of all nodes there, with the boxes before and now. */
+struct Below {
+  Box box;
+  double before, after;
+};
+
+class Refitter {
+ public:
+  Refitter(Bvh2Node *nodes, const Leaves &leaves) : nodes_(nodes), leaves_(leaves) {}
+
+  void collect(uint32_t ref, int level, std::vector<uint32_t> &subtrees) const {
+    if (REF_KIND(ref) != REF_NODE) return;
+    if (level == SHARED_LEVELS) {
+      subtrees.push_back(ref);
+      return;
+    }
+    for (uint32_t child : nodes_[ref].child) collect(child, level + 1, subtrees);
+  }
+
+  void keep(uint32_t ref, const Below &below) { done_.emplace(ref, below); }
+
+  /* Fits what lies below; `count` is set to the number of items if it is a leaf, else to 0. */
+  Below fit(uint32_t ref, uint32_t &count) {
+    if (REF_KIND(ref) != REF_NODE) return {leaf_box(ref, count), 0.0, 0.0};
+    count = 0;
+    if (auto found = done_.find(ref); found != done_.end()) return found->second;
+    Bvh2Node &node = nodes_[ref];
+    Below all{};
+    for (int k = 0; k < 2; k++) {
+      uint32_t items;
+      double before = child_box(node, k).half_area();
+      Below below = fit(node.child[k], items);
+      double cost = items ? double(items) : 1.0;
+      all.before += below.before + before * cost;
+      all.after += below.after + below.box.half_area() * cost;
+      set_child_box(node, k, below.box);
+      if (k)
+        all.box.add(below.box);
+      else
+        all.box = below.box;
+    }
+    return all;
+  }
+
+ private:
+  Box leaf_box(uint32_t ref, uint32_t &count) const {
+    uint32_t at = REF_INDEX(ref);
+    count = 1;
+    if (REF_KIND(ref) == REF_INSTANCE) {
+      const uint32_t *end = leaves_.instances + leaves_.instance_count;
+      size_t k = size_t(std::lower_bound(leaves_.instances, end, ref) - leaves_.instances);
+      return widened({{leaves_.lo[3 * k], leaves_.lo[3 * k + 1], leaves_.lo[3 * k + 2]},
+                      {leaves_.hi[3 * k], leaves_.hi[3 * k + 1], leaves_.hi[3 * k + 2]}});
+    }
+    if (REF_KIND(ref) == REF_SPHERES) {
+      Box box = sphere_box(leaves_.spheres[at]);
+      for (; !(leaves_.spheres[at].flags & LAST_IN_LEAF); count++) box.add(sphere_box(leaves_.spheres[++at]));
+      return box;
+    }
+    Box box = triangle_box(leaves_.triangles[at]);
+    for (; !(leaves_.triangles[at].slot & LAST_IN_LEAF); count++) box.add(triangle_box(leaves_.triangles[++at]));
+    return box;
+  }
+
+  Box widened(Box box) const {
+    box.widen(leaves_.margin);
+    return box;
+  }
+  Box triangle_box(const Triangle &t) const {
+    Box box{{t.v0.x, t.v0.y, t.v0.z}, {t.v0.x, t.v0.y, t.v0.z}};
+    box.add({{t.v1.x, t.v1.y, t.v1.z}, {t.v1.x, t.v1.y, t.v1.z}});
+    box.add({{t.v2.x, t.v2.y, t.v2.z}, {t.v2.x, t.v2.y, t.v2.z}});
+    return widened(box);
+  }
+  Box sphere_box(const Sphere &s) const {
+    float r = s.radius;
+    return widened({{s.center.x - r, s.center.y - r, s.center.z - r}, {s.center.x + r, s.center.y + r, s.center.z + r}});
+  }
+
+  Bvh2Node *nodes_;
+  const Leaves &leaves_;
+  std::unordered_map<uint32_t, Below> done_;
+};
+
+}  // namespace
+
+TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int threads) {
+  if (root == NONE || REF_KIND(root) != REF_NODE) return {1.0, 1.0};
+  Box old = child_box(nodes[root], 0);
+  old.add(child_box(nodes[root], 1));
+  Refitter refitter(nodes, leaves);
+  std::vector<uint32_t> subtrees;
+  refitter.collect(root, 0, subtrees);
+  std::vector<Below> below(subtrees.size());
+  uint32_t count;
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1) private(count) if (subtrees.size() > 1)
+  for (size_t i = 0; i < subtrees.size(); i++) below[i] = refitter.fit(subtrees[i], count);
+  for (size_t i = 0; i < subtrees.size(); i++) refitter.keep(subtrees[i], below[i]);
+  Below all = refitter.fit(root, count);
+  return {all.before / old.half_area(), all.after / all.box.half_area()};
+}
+
+}  // namespace isophote

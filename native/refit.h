@@ -1,0 +1,29 @@
+/* A tree whose things have moved: the same nodes with new boxes. */
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "../kernels/scene_records.h"
+
+namespace isophote {
+
+/* What a tree's leaves refer to, in their order; references count from 0. */
+struct Leaves {
+  const Triangle *triangles;
+  const Sphere *spheres;
+  const uint32_t *instances; /* references of the instances below the tree, ascending */
+  const float *lo, *hi;      /* their boxes, 3 each */
+  size_t instance_count;
+  float margin; /* by which boxes are wider, relative to the largest coordinate of each */
+};
+
+/* Expected cost of a random line through the tree, by the surface area heuristic, over that of its root's box. */
+struct TreeCost {
+  double before, after;
+};
+
+/* Gives all nodes, from the root on, the boxes of what lies below them now. Trees stay correct whatever has moved;
+ * how good they still are, the costs tell. Lauterbach et al. 2006, "RT-DEFORM". */
+TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int threads);
+
+}  // namespace isophote

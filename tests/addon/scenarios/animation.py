@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Four frames as an animation and one by one: the camera moves, then nothing does, then the cube. What is kept when."""
+
+import sys
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from common import FOLDER, exr_output, render_to, report, small_scene  # noqa: E402
+from isophote_addon import kept  # noqa: E402
+
+import isophote.prepare  # noqa: E402
+
+scene = small_scene()
+exr_output(scene)
+camera, cube = scene.camera, bpy.data.objects["Cube"]
+for frame, shift, angle in ((1, 0.0, 0.0), (2, 0.5, 0.0), (3, 0.5, 0.0), (4, 0.5, 0.3)):
+    camera.location.x = 7.4 + shift
+    camera.keyframe_insert("location", frame=frame)
+    cube.rotation_euler.z = angle
+    cube.keyframe_insert("rotation_euler", frame=frame)
+scene.frame_start, scene.frame_end = 1, 4
+
+made, inner = [], isophote.prepare.make_geometry
+
+
+def counted(scene, before=None):
+    geometry = inner(scene, before)
+    # The cost when it was built is asked for when it is refitted.
+    made.append("kept" if geometry is before else "refitted" if geometry.trees[-1].built_cost else "built")
+    return geometry
+
+
+isophote.prepare.make_geometry = counted
+
+
+def animation(name, persistent):
+    made.clear()
+    scene.render.use_persistent_data = persistent
+    scene.render.filepath = str(FOLDER / name)
+    bpy.ops.render.render(animation=True)
+    return {"made": list(made), "left": len(kept._geometries)}
+
+
+found = {"usual": animation("usual_", False), "persistent": animation("persistent_", True)}
+found["again"] = animation("again_", True)
+found["off"] = animation("off_", False)["left"]
+for frame in range(1, 5):
+    scene.frame_set(frame)
+    render_to(scene, f"still_{frame:04d}.exr")
+found["still"] = made[-4:]
+scene.render.use_persistent_data = True
+render_to(scene, "last.exr")
+found["after"] = len(kept._geometries)
+bpy.ops.wm.read_homefile(use_factory_startup=True, app_template="")
+found["loaded"] = len(kept._geometries)
+report(**found)

@@ -1,0 +1,188 @@
+"""Records of triangles against numpy in float64; what is kept from another frame against what is made anew."""
+
+import numpy as np
+import pytest
+from noise_device import tiny_scene
+
+from isophote import geometry
+from isophote.geometry import make_geometry
+from isophote.prepare import prepare
+from isophote.records import numbers
+from isophote.validate import check
+from tests.scenes import SUN, Builder, ball, box, diffuse, look_at, place, program, quad, render
+
+N = numbers()
+
+
+def some_scene(turn=0.0, bump=0.0, count=3, rings=12):
+    """Meshes with one user (one of them mirrored and smooth), instances of two others, spheres, a sun."""
+    b = Builder((16, 12))
+    b.world = 0.4
+    b.look((0, -6, 3), (0, 0, 0.5), 0.5)
+    grey = b.material(diffuse((0.7, 0.5, 0.3)))
+    glass = b.material(program(("glass", 0.9, dict(roughness=0.2, ior=1.4, multiscatter=0))))
+    b.instance(b.mesh(quad((0, 0, 0), (4, 0, 0), (0, 4, 0))), grey)
+    vertices, triangles = ball(rings=rings)
+    smooth = b.mesh((vertices * (1 + bump * vertices[:, 2:]), triangles), normals=vertices)
+    b.instance(smooth, grey, matrix=place((1.5, 0.3, 1), (-0.8, 0.9, 0.7), turn))
+    cube, stone = b.mesh(box(half=0.3)), b.mesh(ball(radius=0.3, rings=6), normals=ball(rings=6)[0])
+    for k in range(count):
+        b.instance(cube, grey, matrix=place((-2 + k, -1, 0.4), 1, turn + k))
+        b.instance(stone, glass, matrix=place((-2 + k, 1, 0.4 + 0.1 * k), (1, 1.2, 1), turn))
+    b.sphere((-1.5, turn, 1.2), 0.4, glass)
+    b.lamp(SUN, 2.0, look_at((0, 0, 5), (1, 1, 0)), (0.1, 0))
+    return b.make()
+
+
+def expected_corners(scene, instance, primitive):
+    matrix = scene.instance_to_world[instance]
+    corners = scene.vertices[scene.triangles[primitive]].astype(float)
+    return np.einsum("ij,ncj->nci", matrix[:, :3], corners) + matrix[:, 3]
+
+
+def test_triangles_are_baked_in_double_and_rounded_once():
+    scene = some_scene(0.3)
+    buffers = make_geometry(scene).buffers
+    triangles, normals = buffers["triangles"], buffers["corner_normals"].view(np.float32).reshape(-1, 3, 3)
+    in_world = triangles["instance"] != N["NONE"]
+    assert in_world.sum() == 2 + 2 * 12 * 11 * 2 and len(triangles) == len(scene.triangles)
+    for row in np.flatnonzero(in_world)[::7]:
+        record = triangles[row]
+        instance, primitive = int(record["instance"]), int(record["primitive"])
+        mirrored = np.linalg.det(scene.instance_to_world[instance][:, :3]) < 0
+        order = [0, 2, 1] if mirrored else [0, 1, 2]
+        wanted = expected_corners(scene, instance, [primitive])[0, order]
+        seen = np.stack([record[name] for name in ("v0", "v1", "v2")])
+        assert np.abs(seen - wanted).max() <= np.abs(wanted).max() * 2.0**-24
+        assert record["slot"] >> 16 & 31 == scene.instance_visibility[instance]
+        index, smooth = buffers["normal_index"][row], scene.mesh_normals[scene.instance_mesh[instance]]
+        assert (index == N["NONE"]) == (smooth < 0)
+        if smooth >= 0:
+            own = scene.normals[smooth + primitive - scene.mesh_triangles[scene.instance_mesh[instance]]].astype(float)
+            turned = (own @ np.linalg.inv(scene.instance_to_world[instance][:, :3]))[order]
+            unit = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+            np.testing.assert_allclose(normals[index], unit, atol=1e-7)
+    for row in np.flatnonzero(~in_world):  # as they are
+        corners = scene.vertices[scene.triangles[triangles["primitive"][row]]]
+        assert np.array_equal(np.stack([triangles[name][row] for name in ("v0", "v1", "v2")]), corners)
+
+
+def test_boxes_of_meshes():
+    scene = some_scene()
+    for mesh, (low, high) in enumerate(geometry.mesh_boxes(scene)):
+        corners = scene.vertices[scene.triangles[scene.mesh_triangles[mesh]:scene.mesh_triangles[mesh + 1]]]
+        assert np.array_equal(low, corners.min((0, 1))) and np.array_equal(high, corners.max((0, 1)))
+
+
+def test_bad_triangles_are_those_of_numpy():
+    rng = np.random.default_rng(2)
+    vertices = rng.normal(size=(4000, 3)).astype(np.float32)
+    vertices[:200] *= 1e-30
+    vertices[200:400] *= 1e30
+    vertices[400:440] = np.array([np.nan, np.inf, -np.inf, 3e38] * 10, np.float32)[:, None]
+    triangles = rng.integers(0, 4000, (9000, 3)).astype(np.uint32)
+    triangles[::9, 1] = triangles[::9, 0]
+    scene = tiny_scene(vertices=vertices, triangles=triangles, triangle_slots=np.zeros(9000, int),
+                       mesh_triangles=[0, 9000])
+    with np.errstate(all="ignore"):
+        corners = vertices[triangles]
+        edges = (corners[:, 1:] - corners[:, :1]).astype(float)
+        square = (np.cross(edges[:, 0], edges[:, 1]) ** 2).sum(1)
+        bad = ~((square > 0) & np.isfinite(square))
+    problems, cleaned, notes = check(scene)
+    assert 1000 < bad.sum() < 3000 and np.array_equal(cleaned.triangles, triangles[~bad])
+    assert notes[0]["what"].startswith(f"{bad.sum()} of 9000 triangles") and len(problems) == 1
+
+
+# ------------------------------------------------------------------ what another frame has left
+
+
+def same_buffers(a, b, names=None):
+    return all(a.buffers[name].tobytes() == b.buffers[name].tobytes() for name in names or a.buffers)
+
+
+def test_what_has_not_changed_is_the_same_object():
+    kept = make_geometry(some_scene())
+    moved = some_scene()
+    moved.arrays["camera_to_world"] = place((1, 2, 3))
+    moved.arrays["world_radiance"] = np.ones(3)
+    assert make_geometry(moved, kept) is kept
+    assert prepare(moved, kept).buffers["camera"]["position"].tolist() == [[1, 2, 3]]
+
+
+def test_every_input_counts():
+    kept = make_geometry(some_scene())
+    for name in geometry.INPUTS:
+        scene = some_scene()
+        array = scene.arrays[name].copy()
+        array.view(np.uint8).reshape(-1)[0] ^= 1
+        scene.arrays[name] = array
+        assert kept.changes(scene) == {name}
+
+
+def test_trees_of_instances_stay_when_they_move():
+    kept = make_geometry(some_scene())
+    made = make_geometry(some_scene(0.1), kept)
+    assert [tree.mesh for tree in made.trees] == [2, 3, geometry.WORLD]
+    assert all(tree is old for tree, old in zip(made.trees[:2], kept.trees, strict=False))
+    assert made.trees[2] is not kept.trees[2]
+
+
+def test_boxes_of_trees_that_are_used_again_are_those_of_new_ones():
+    """Nothing has moved, but a slot's visibility: the nodes with new boxes are the nodes that the builder made."""
+    scene, kept = some_scene(), make_geometry(some_scene())
+    scene.arrays["instance_visibility"] = scene.instance_visibility ^ 1
+    made = make_geometry(scene, kept)
+    assert made is not kept and same_buffers(made, kept, ("nodes", "corner_normals", "normal_index"))
+    assert not same_buffers(made, kept, ("triangles",)) and same_buffers(made, make_geometry(scene))
+
+
+def sums(film):
+    return np.stack([film.sum(plane) for plane in range(film.planes)]).tobytes()
+
+
+CHANGES = {"moved": dict(turn=0.02), "far": dict(turn=2.0), "deformed": dict(bump=0.01), "more": dict(count=5),
+           "finer": dict(rings=13), "less": dict(count=1)}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_pictures_with_and_without_what_was_kept_have_the_same_bits(change, monkeypatch):
+    first, second = some_scene(), some_scene(**CHANGES[change])
+    kept = make_geometry(first)
+    before = {name: array.tobytes() for name, array in kept.buffers.items()}
+    wanted = sums(render(second, 16))
+    for limit in (geometry.REFIT_COST, 1e9):  # as it is, and with trees that have become bad ones
+        monkeypatch.setattr(geometry, "REFIT_COST", limit)
+        made = make_geometry(second, kept)
+        monkeypatch.setattr("isophote.prepare.make_geometry", lambda scene, _=None, made=made: made)
+        assert sums(render(second, 16)) == wanted
+        monkeypatch.undo()
+    assert before == {name: array.tobytes() for name, array in kept.buffers.items()}, "what is kept stays as it is"
+
+
+def test_trees_that_have_become_bad_are_built_anew():
+    """Objects that change places: the tree of the one order is a bad one of the other."""
+    def scattered(order):
+        b = Builder()
+        material = b.material(diffuse(0.5))
+        shape = ball(radius=0.3, rings=6)
+        for k in order:
+            b.instance(b.mesh(shape), material, matrix=place((k % 6, k // 6, 0)))
+        return b.make()
+
+    kept = make_geometry(scattered(range(36)))
+    near = make_geometry(scattered(range(36)), kept)
+    assert near is kept
+    shuffled = scattered(np.random.default_rng(1).permutation(36).tolist())
+    made = make_geometry(shuffled, kept)
+    assert same_buffers(made, make_geometry(shuffled)), "as built from nothing"
+    assert made.trees[-1].built_cost == 0.0
+
+
+def test_other_normals_leave_the_cpus_tree_as_it_is():
+    scene, kept = some_scene(), make_geometry(some_scene())
+    tree = kept.wide_tree
+    scene.arrays["normals"] = -scene.normals
+    made = make_geometry(scene, kept)
+    assert made is not kept and made.wide_tree is tree and not same_buffers(made, kept, ("corner_normals",))
+    assert make_geometry(some_scene(0.1), kept).wide_tree is not tree
