@@ -103,7 +103,7 @@ class Isophote:
         data = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in buffers.items()}
         self.data = list(data.values())
         self.tree = _native.make_wide_tree(data["nodes"], data["triangles"], data["instances"],
-                                           int(buffers["world"]["root"][0]))
+                                           int(buffers["world"]["root"][0]), os.cpu_count() or 1)
 
     def corners(self) -> np.ndarray:
         """float32 (n, 3, 3)"""

@@ -47,7 +47,8 @@ NO_ITEMS = Items(*(np.zeros((0, 3), np.float32),) * 2, np.zeros(0, np.uint32))
 class Tree:
     """A tree and what its leaves refer to, in their order. References count from 0 (join_trees).
 
-    `order` and `last` are those of _native.make_tree: triangles come first, then spheres, then items.
+    `order` and `last` are those of _native.make_tree: triangles come first, then spheres, then items. A triangle
+    that is in several leaves is in them several times.
     """
 
     nodes: np.ndarray
@@ -60,6 +61,7 @@ class Tree:
     normals: np.ndarray = None
     spheres: np.ndarray = None
     mesh: int = WORLD  # in whose space it is
+    corner_count: int = 0  # triangles that it is over
     built_cost: float = 0.0  # by the surface area heuristic, 0 until it is asked for
 
 
@@ -209,8 +211,12 @@ def placed(tree: Tree, scene: Scene, parts: np.ndarray, corners: np.ndarray, sph
     if count < len(order):
         chosen = order < count
         order, last = order[chosen], last[chosen]
-    tree.triangles, tree.normal_index = np.empty(count, records()["Triangle"]), np.empty(count, np.uint32)
-    tree.normals = np.empty(int(parts["count"][parts["normals"] >= 0].sum()), records()["CornerNormals"])
+    tree.corner_count = count
+    tree.triangles, tree.normal_index = np.empty(len(order), records()["Triangle"]), np.empty(len(order), np.uint32)
+    smooth = parts["count"][parts["normals"] >= 0].sum()
+    if count < len(order):
+        smooth = np.repeat(parts["normals"] >= 0, parts["count"])[order].sum()
+    tree.normals = np.empty(int(smooth), records()["CornerNormals"])
     _native.place_triangles(scene.triangle_slots, scene.normals, parts.view(np.uint8), corners, order, last, THREADS,
                             tree.triangles.view(np.uint8), tree.normal_index, tree.normals.view(np.uint8))
     is_ball = (tree.order >= count) & (tree.order < count + balls) if balls else slice(0)
@@ -221,8 +227,9 @@ def placed(tree: Tree, scene: Scene, parts: np.ndarray, corners: np.ndarray, sph
 
 def refit(scene: Scene, parts: np.ndarray, corners: np.ndarray, spheres: np.ndarray, items: Items,
           kept: Tree) -> Tree | None:
-    """The kept tree around what its leaves hold now; None where counts differ or its cost has grown too much."""
-    if len(kept.triangles) != len(corners) or len(kept.spheres) != len(spheres) \
+    """The kept tree around what its leaves hold now; None where counts differ, where triangles are in several leaves
+    (in pieces no longer theirs), or where its cost has grown too much."""
+    if not len(kept.triangles) == kept.corner_count == len(corners) or len(kept.spheres) != len(spheres) \
             or not is_same(kept.items.reference, items.reference):
         return None
     made = placed(Tree(kept.nodes.copy(), kept.order, kept.last, kept.root, items), scene, parts, corners, spheres)

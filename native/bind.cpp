@@ -178,9 +178,10 @@ void bake(Floats vertices, Indices triangles, Bytes parts, int threads, MutableC
 void place(Uints slots, Corners normals, Bytes parts, Corners corners, Uints order, Bytes last, int threads,
            MutableBytes placed, MutableUints normal_index, MutableBytes placed_normals) {
   Parts all = parts_of(parts);
-  size_t count = all.size();
-  if (order.shape(0) != count || last.shape(0) != count || corners.shape(0) != count || normal_index.shape(0) != count ||
-      placed.shape(0) != count * sizeof(Triangle) || placed_normals.shape(0) != all.smooth() * sizeof(CornerNormals))
+  size_t count = order.shape(0); /* more than triangles, where some are in several leaves */
+  if (count < all.size() || last.shape(0) != count || corners.shape(0) != all.size() || normal_index.shape(0) != count ||
+      placed.shape(0) != count * sizeof(Triangle) ||
+      placed_normals.shape(0) != all.smooth(order.data(), count) * sizeof(CornerNormals))
     throw std::invalid_argument("place_triangles: arrays do not fit the parts");
   PlacedTriangles out{reinterpret_cast<Triangle *>(placed.data()), normal_index.data(),
                       reinterpret_cast<CornerNormals *>(placed_normals.data())};

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "bvh_split.h"
+#include "presplit.h"
 
 namespace isophote {
 namespace {
@@ -46,14 +47,16 @@ class Builder {
   Builder(const BuildInput &input, TreeBase base, int max_leaf, int threads)
       : input_(input), base_(base), max_leaf_(size_t(max_leaf)), threads_(threads), n_(input.size()),
         large_(std::max(4 * CHUNK, n_ / PARTS)) {
-    for (auto &array : items_) array = std::make_unique_for_overwrite<Item[]>(n_);
+    items_[0] = std::make_unique_for_overwrite<Item[]>(n_);
   }
 
   Tree build() {
     double started = omp_get_wtime();
+    Part whole = make_items();
+    if (input_.triangles) add_pieces(whole);
+    items_[1] = std::make_unique_for_overwrite<Item[]>(n_);
     tree_.order.resize(n_);
     tree_.last.resize(n_);
-    Part whole = make_items();
     double made = omp_get_wtime();
     std::vector<Bins> bins;
     split_large(whole, bins);
@@ -97,9 +100,35 @@ class Builder {
         box[4 + a] = -input_.hi[3 * (i - input_.triangles) + size_t(a)];
       }
     }
+    return make_item(widened(box, input_.margin), uint32_t(i), input_.reference_of(i));
+  }
+
+  static Box widened(Box box, float margin) {
     float largest = 0.0f;
     for (int a = 0; a < 3; a++) largest = std::max({largest, fabs(box[a]), fabs(box[4 + a])});
-    return make_item(box - largest * input_.margin, uint32_t(i), input_.reference_of(i));
+    return box - largest * margin;
+  }
+
+  /* Puts a piece in the place of each triangle that is cut, and the others at the end. */
+  void add_pieces(Part &whole) {
+    std::vector<Piece> pieces = cut_slanted(input_, whole.box, threads_);
+    if (pieces.empty()) return;
+    std::vector<Item> items(items_[0].get(), items_[0].get() + n_);
+    uint32_t before = NONE;
+    for (const Piece &piece : pieces) {
+      /* Twice as wide, because cutting rounds too. */
+      Item item = make_item(widened(piece.box, 2.0f * input_.margin), piece.triangle, REF_TRIANGLES << 30);
+      if (piece.triangle != before)
+        items[piece.triangle] = item;
+      else
+        items.push_back(item);
+      before = piece.triangle;
+    }
+    n_ = items.size();
+    items_[0] = std::make_unique_for_overwrite<Item[]>(n_);
+    std::copy(items.begin(), items.end(), items_[0].get());
+    whole = bounded(items_[0].get(), 0, n_, whole);
+    whole.depth = 1;
   }
 
   Part make_items() {

@@ -29,7 +29,7 @@ struct TreeBase {
 
 struct Tree {
   std::vector<Bvh2Node> nodes; /* depth first */
-  std::vector<uint32_t> order; /* positions in the input, in the order of the leaves */
+  std::vector<uint32_t> order; /* positions in the input, in the order of the leaves; some triangles are in several */
   std::vector<uint8_t> last;   /* whether the item ends its leaf */
   uint32_t root;               /* reference */
   int depth;

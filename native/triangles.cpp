@@ -58,10 +58,14 @@ Parts::Parts(const Part *parts, size_t count) : part(parts), start(count + 1, 0)
   for (size_t p = 0; p < count; p++) start[p + 1] = start[p] + parts[p].count;
 }
 
-size_t Parts::smooth() const {
-  size_t count = 0;
-  for (size_t p = 0; p + 1 < start.size(); p++) count += part[p].normals < 0 ? 0 : part[p].count;
-  return count;
+size_t Parts::smooth(const uint32_t *order, size_t count) const {
+  size_t sum = 0;
+  if (count == size()) {
+    for (size_t p = 0; p + 1 < start.size(); p++) sum += part[p].normals < 0 ? 0 : part[p].count;
+  } else {
+    for (size_t k = 0; k < count; k++) sum += part[part_of(order[k])].normals >= 0;
+  }
+  return sum;
 }
 
 size_t Parts::part_of(size_t triangle) const {

@@ -32,7 +32,8 @@ struct Parts {
   std::vector<size_t> start; /* one more than parts */
   Parts(const Part *parts, size_t count);
   size_t size() const { return start.back(); }
-  size_t smooth() const; /* triangles with normals */
+  /* How many of the `count` triangles that `order` names have normals; each is named at least once. */
+  size_t smooth(const uint32_t *order, size_t count) const;
   size_t part_of(size_t triangle) const;
 };
 

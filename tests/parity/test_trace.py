@@ -37,6 +37,11 @@ def scene_of(kind):
         vertices, triangles = ball(radius=1.5, rings=14)
         b.instance(b.mesh((vertices @ np.linalg.qr(rng.normal(size=(3, 3)))[0], triangles)), material)
         b.instance(b.mesh(box(half=1.9)), material)
+    elif kind == "slanted":  # long and thin: in several leaves each
+        start, along, across = rng.uniform(-2, 2, (900, 3)), rng.normal(size=(900, 3)), rng.normal(size=(900, 3))
+        corners = np.stack([start, start + 2 * along, start + 0.03 * across], axis=1)
+        b.instance(b.mesh((corners.reshape(-1, 3), np.arange(2700).reshape(-1, 3))), material)
+        b.instance(b.mesh(box(half=1.9)), material)
     elif kind == "coincident":  # each triangle eight times, in one mesh and in several
         shape = soup(rng, 40, 0.8)
         for _ in range(4):
@@ -106,7 +111,7 @@ def hits(data, tree, rays, any_hit=False, threads=2, variant=STRICT[0], packets=
     return np.concatenate([tuv[:, :3].view(np.uint32), ids], axis=1)
 
 
-@pytest.fixture(params=["soup", "closed", "coincident", "instances"])
+@pytest.fixture(params=["soup", "closed", "slanted", "coincident", "instances"])
 def kind(request):
     return request.param
 

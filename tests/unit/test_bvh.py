@@ -5,10 +5,22 @@ import pytest
 
 from isophote import _native
 from isophote.records import numbers, records
+from tests.scenes import ball
+from tests.scenes import box as scene_box
 
 N = numbers()
 DEPTH = 46  # what the stacks of kernels/bvh.h rest on
 MAX_LEAF = 4
+
+
+NONE = np.zeros((0, 3), np.float32)
+
+
+def build_triangles(corners, threads=1, margin=2.0**-20):
+    corners = np.ascontiguousarray(corners, np.float32)
+    nodes, order, last, root, depth = _native.make_tree(
+        corners, NONE, NONE, np.zeros(0, np.uint32), margin, 0, 0, 0, MAX_LEAF, threads)
+    return nodes.view(records()["Bvh2Node"]), order, last, root, depth
 
 
 def build(lo, hi, reference=None, max_leaf=MAX_LEAF, threads=1, base=(0, 0, 0)):
@@ -16,7 +28,7 @@ def build(lo, hi, reference=None, max_leaf=MAX_LEAF, threads=1, base=(0, 0, 0)):
     if reference is None:
         reference = np.full(len(lo), N["REF_TRIANGLES"] << 30, np.uint32)
     nodes, order, last, root, depth = _native.make_tree(
-        np.zeros((0, 3, 3), np.float32), lo, hi, reference, 0.0, *base, max_leaf, threads)
+        NONE.reshape(-1, 3, 3), lo, hi, reference, 0.0, *base, max_leaf, threads)
     return nodes.view(records()["Bvh2Node"]), order, last, root, depth
 
 
@@ -157,3 +169,66 @@ def test_good_trees_are_better_than_bad_ones():
     area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
     whole = 2 * 3 * 2.0 ** 2
     assert area.sum() / whole < 40, "expected visits of a random line"
+
+
+# ------------------------------------------------------------------ triangles in pieces
+
+
+def slanted(rng, count):
+    """Long thin triangles in all directions."""
+    start, along = rng.uniform(-1, 1, (count, 3)), rng.normal(size=(count, 3))
+    return np.stack([start, start + along, start + rng.normal(0, 0.005, (count, 3))], axis=1).astype(np.float32)
+
+
+def leaves(made):
+    """(positions, low, high) of each leaf."""
+    nodes, order, last, root, _ = made
+    ends = np.flatnonzero(last)
+    stack = [(int(root), np.full(3, -np.inf), np.full(3, np.inf))]
+    while stack:
+        ref, low, high = stack.pop()
+        if ref >> 30 == N["REF_NODE"]:
+            for child in (0, 1):
+                box = [np.array([nodes[ref][f"{side}_{axis}"][child] for axis in "xyz"]) for side in ("lo", "hi")]
+                stack.append((int(nodes[ref]["child"][child]), *box))
+        else:
+            first = ref & 0x3FFFFFFF
+            yield order[first:ends[np.searchsorted(ends, first)] + 1], low, high
+
+
+def test_slanted_triangles_are_cut_and_covered():
+    """Each point of a triangle lies in a leaf that holds the triangle, and most boxes have become small."""
+    rng = np.random.default_rng(20)
+    corners = slanted(rng, 4000)
+    made = build_triangles(corners)
+    assert 1.2 * len(corners) < len(made[1]) < 3 * len(corners)
+    assert set(made[1].tolist()) == set(range(len(corners)))
+    points = np.einsum("pk,nki->npi", rng.dirichlet((0.3, 0.3, 0.3), 50), corners.astype(float))
+    covered = np.zeros(points.shape[:2], bool)
+    for positions, low, high in leaves(made):
+        inside = (points[positions] >= low) & (points[positions] <= high)
+        np.logical_or.at(covered, positions, inside.all(2))
+    assert covered.all()
+    for threads in (2, 7):
+        other = build_triangles(corners, threads)
+        assert all(np.array_equal(a, b) for a, b in zip(made[:3], other[:3], strict=True)) and made[3:] == other[3:]
+
+
+def test_even_triangles_stay_whole():
+    """A sphere in a box, whose walls are far larger but lie along the axes."""
+    meshes = [ball(rings=40), scene_box(half=3.0)]
+    corners = np.concatenate([vertices[triangles] for vertices, triangles in meshes])
+    assert sorted(build_triangles(corners)[1].tolist()) == list(range(len(corners)))
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 5000])
+@pytest.mark.parametrize("scale", [0.0, 1e-40, 1.0, 1e37])
+def test_triangles_of_any_size(count, scale):
+    """Points, denormal numbers, and where areas overflow."""
+    corners = slanted(np.random.default_rng(21), count) * np.float32(scale)
+    made = build_triangles(corners, threads=2)
+    assert set(made[1].tolist()) == set(range(count)) and made[4] <= DEPTH
+    lo, hi = corners.min(1), corners.max(1)
+    if len(made[1]) == count and count:
+        for positions, low, high in leaves(made):
+            assert (lo[positions] >= low).all() and (hi[positions] <= high).all()

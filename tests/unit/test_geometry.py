@@ -186,3 +186,32 @@ def test_other_normals_leave_the_cpus_tree_as_it_is():
     made = make_geometry(scene, kept)
     assert made is not kept and made.wide_tree is tree and not same_buffers(made, kept, ("corner_normals",))
     assert make_geometry(some_scene(0.1), kept).wide_tree is not tree
+
+
+def wires(turn=0.0):
+    """Long thin slanted triangles, in several leaves each, half of them smooth."""
+    rng = np.random.default_rng(4)
+    start, along, across = (rng.normal(size=(1000, 3)) for _ in range(3))
+    corners = np.stack([start, start + along, start + 0.003 * across], axis=1).reshape(-1, 3)
+    b = Builder()
+    grey = b.material(diffuse(0.5))
+    normals = across / np.linalg.norm(across, axis=1, keepdims=True)
+    b.instance(b.mesh((corners, np.arange(3000).reshape(-1, 3)), normals=np.repeat(normals, 3, axis=0)), grey)
+    b.instance(b.mesh((corners[:, [1, 2, 0]], np.arange(3000).reshape(-1, 3))), grey, matrix=place((0, 0, turn)))
+    return b.make()
+
+
+def test_triangles_in_several_leaves():
+    """Each record has its own normals, and a tree of pieces is built anew when things have moved."""
+    scene = wires()
+    made = make_geometry(scene)
+    triangles, index = made.buffers["triangles"], made.buffers["normal_index"]
+    assert len(triangles) > 1.1 * len(scene.triangles)
+    assert set(triangles["primitive"].tolist()) == set(range(len(scene.triangles)))
+    smooth = index != N["NONE"]
+    np.testing.assert_array_equal(smooth, triangles["primitive"] < 1000)
+    normals = made.buffers["corner_normals"].view(np.float32).reshape(-1, 3, 3)
+    assert len(normals) == smooth.sum()
+    np.testing.assert_allclose(normals[index[smooth]], scene.normals[triangles["primitive"][smooth]], atol=1e-6)
+    moved = make_geometry(wires(0.01), made)
+    assert moved.buffers["nodes"].tobytes() == make_geometry(wires(0.01)).buffers["nodes"].tobytes()
