@@ -35,7 +35,7 @@ WORKER = Path(__file__).with_name("export_worker.py")
 
 def frames_of(blender: str, blend: Path | None, job: dict) -> list[dict]:
     """What the worker measured, a row a frame. Raises RuntimeError with the end of Blender's log."""
-    command = [*blender_run.program(blender), "-b", *([str(blend)] if blend else []), "--factory-startup", "--addons",
+    command = [*blender_run.program(blender), "-b", "--factory-startup", *([str(blend)] if blend else []), "--addons",
                blender_run.ADDON, "--python", str(WORKER), "--", json.dumps(job)]
     done = subprocess.run(command, env=blender_run.environment(), text=True, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)

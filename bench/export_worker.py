@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Inside Blender: renders a short animation with the add-on's engine, one sample a pixel, and times its stages.
 
-    blender -b [FILE.blend] --factory-startup --addons isophote_addon --python bench/export_worker.py -- '{json}'
+    blender -b --factory-startup [FILE.blend] --addons isophote_addon --python bench/export_worker.py -- '{json}'
 
 bench/export.py starts it and says what the object means. Prints lines `ISOPHOTE-EXPORT-BENCH {json}`, one a frame.
 """
