@@ -55,7 +55,10 @@ def time_scene(blend: Path, samples: int, rounds: int, threads: int) -> dict:
                 theirs = cycles_seconds(cycles, samples, seed)
                 times.append((theirs, isophote_seconds(device, scene, replace(settings, seed=seed))))
             driver = device.driver
-    count = samples * int(scene.resolution[0]) * int(scene.resolution[1])
+            pixels = int(scene.resolution[0]) * int(scene.resolution[1])
+            traced = device.rays / ((samples * rounds + 1) * pixels)
+            rays = {"paths": float(traced[0]), "shadow": float(traced[1])}
+    count = samples * pixels
     ratios = [theirs / ours for theirs, ours in times]
     theirs, ours = (statistics.median(column) for column in zip(*times, strict=True))
     return {
@@ -69,8 +72,8 @@ def time_scene(blend: Path, samples: int, rounds: int, threads: int) -> dict:
         "ratio_max": max(ratios),
         "isophote_samples_per_second": count / ours,
         "cycles_samples_per_second": count / theirs,
-        # The kernels have no counter of path lengths: the limits are all that is said about them.
         "bounces": cycles.info["bounces"],
+        "rays_per_sample": rays,  # Isophote's; Cycles does not count
         "load": os.getloadavg()[0],
         "processor": processor_name(),
         "isophote": driver,
