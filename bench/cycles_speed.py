@@ -49,7 +49,10 @@ def time_scene(blend: Path, samples: int, rounds: int, threads: int) -> dict:
                 "isophote": lambda: seconds_of(
                     lambda: render_film(device, scene, replace(settings, seed=next(seeds))))}, rounds)
             driver = device.driver
-    count = samples * int(scene.resolution[0]) * int(scene.resolution[1])
+            pixels = int(scene.resolution[0]) * int(scene.resolution[1])
+            traced = device.rays / ((samples * rounds + 1) * pixels)
+            rays = {"paths": float(traced[0]), "shadow": float(traced[1])}
+    count = samples * pixels
     ratios = [theirs / ours for theirs, ours in zip(times["cycles"], times["isophote"], strict=True)]
     theirs, ours = (statistics.median(times[engine]) for engine in ("cycles", "isophote"))
     return {
@@ -63,8 +66,8 @@ def time_scene(blend: Path, samples: int, rounds: int, threads: int) -> dict:
         "ratio_max": max(ratios),
         "isophote_samples_per_second": count / ours,
         "cycles_samples_per_second": count / theirs,
-        # The kernels have no counter of path lengths: the limits are all that is said about them.
         "bounces": cycles.info["bounces"],
+        "rays_per_sample": rays,  # Isophote's; Cycles does not count
         "load": os.getloadavg()[0],
         "processor": processor_name(),
         "isophote": driver,

@@ -11,6 +11,9 @@ relMSE. No adaptive sampling, denoising, clamping or filtered glossy; bounce lim
 Time is samples times seconds a sample, timed as in bench/cycles_speed.py (in turn, at the file's own size,
 without loading and tree). `samples_ratio` is how many samples Cycles needs for the error that Isophote
 has, over Isophote's, by interpolation of the logarithms; `time_ratio` the same for seconds.
+`rays_per_sample` are Isophote's, counted: rays of paths and shadow rays. Cycles has no such counter; its
+roulette lets at most as much live on as ours (the root of the throughput from the second bounce on, against
+twice the throughput) and decides once it has traced the ray.
 --cache keeps references, Cycles' pictures and nothing of Isophote's but its reference: empty it where a
 change was meant to change pictures' means. --rounds 0 leaves time out. Prints a row of JSON for each scene.
 """
@@ -97,6 +100,7 @@ def measure(blend: Path, options: argparse.Namespace, folder: Path) -> dict:
             return PASSES["combined"].make(film)[..., :3]
 
         ours = {n: np.stack([render(n, seed) for seed in seeds]) for n in counts}
+        rays = device.rays / (sum(counts) * len(seeds) * ours[counts[0]][0, ..., 0].size)
         reference_ours = kept(folder, f"{name}_reference_isophote_{options.reference}",
                               lambda: pieces_of(render, options.reference))
     (mean_a, var_a), (mean_b, var_b) = mean_and_variance(reference_ours), mean_and_variance(reference_cycles)
@@ -105,6 +109,7 @@ def measure(blend: Path, options: argparse.Namespace, folder: Path) -> dict:
               for engine, pictures in (("isophote", ours), ("cycles", theirs))}
     row = {"scene": blend.stem, "size": info["size"], "bounces": info["bounces"],
            "sampling_pattern": info["sampling_pattern"], "samples": counts, "seeds": options.seeds,
+           "rays_per_sample": {"paths": float(rays[0]), "shadow": float(rays[1])},
            "reference_samples": [options.reference] * 2,
            "references_means": mean_ratios(reference_ours, reference_cycles),
            "reference_noise": relative_errors(noise[None] ** 0.5 + reference, reference, np.zeros_like(noise))["mean"]}

@@ -337,8 +337,8 @@ def garlands():
         for k in range(60):
             x = (k + 0.5) / 60 * 2.0 - 1.0
             z = top - sag * (1.0 - x * x) + 0.04 * math.sin(7.0 * k)
-            new_object(f"bulb {string}.{k}", bulb, colors[(3 * k + string) % 5],
-                       (5.2 * x, y + 0.1 * math.sin(5.0 * k), z), scale=(0.028, 0.028, 0.028))
+            place = (5.2 * x, y + 0.1 * math.sin(5.0 * k), z)
+            new_object(f"bulb {string}.{k}", bulb, colors[(3 * k + string) % 5], place, scale=(0.028, 0.028, 0.028))
     for k in range(60):
         lamp = bpy.data.lights.new(f"spot {k}", "SPOT")
         lamp.energy, lamp.color, lamp.spot_size, lamp.spot_blend = 9.0, (1.0, 0.9, 0.75), math.radians(50), 0.4
