@@ -24,7 +24,7 @@ from isophote.prepare import Prepared
 from isophote.records import header_path, numbers, scene_buffers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
-from isophote.wavefront import Wavefront, path_columns
+from isophote.wavefront import Wavefront, path_columns, shade_group
 
 PATHS_ON_GPU, PATHS_ON_CPU = 1 << 22, 1 << 15
 FEWEST_PATHS = 1 << 12  # with fewer in flight a device would wait for its launches
@@ -165,7 +165,10 @@ class OpenCLDevice:
         self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
         self.memory = {"scene": sum(buffer.nbytes for buffer in prepared.buffers.values())}
         self.wavefront = None
-        self.build(kernel_source(), build_options(self.device, self.settings, prepared))
+        options = build_options(self.device, self.settings, prepared)
+        if group := shade_group(self.device, self.cl):
+            options.append(f"-DSHADE_GROUP={group}")
+        self.build(kernel_source(), options)
 
     def build(self, source: str, options: list[str]) -> None:
         """Make the kernels ready, unless they are already those of this source and these options."""

@@ -17,9 +17,9 @@ COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 3, "light_reals
            "queue": 1, "next_queue": 1, "light_queue": 1}
 KERNELS = ("generate", "extend", "shade", "connect", "accumulate")
 GROUP = 64  # work-items of a group
-# On GPUs the largest that a device has registers for: barriers keep a group's threads at the same instructions, of
-# which shading has more than an H200's cache holds. 512 took 0.78 to 1.03 of the time of 256, 0.62 of 128.
-SHADE_GROUPS = (512, 256, 128, GROUP)
+# Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
+# H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
+SHADE_GROUP = 512
 MOST_BOUNCES = 514  # vertices of a path: 8 bits count those that scatter, 8 those that let it pass
 BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bounce has left
 
@@ -28,6 +28,11 @@ def path_columns(aovs: bool) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer."""
     n = numbers()
     return COLUMNS | {"aovs": n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1}
+
+
+def shade_group(device, cl) -> int:
+    """Work-items of a group of `shade`, for which the kernel is compiled; 0: any number."""
+    return min(SHADE_GROUP, device.max_work_group_size) if device.type & cl.device_type.GPU else 0
 
 
 class Wavefront:
@@ -48,7 +53,7 @@ class Wavefront:
         pinned = cl.Buffer(context, flags.READ_WRITE | flags.ALLOC_HOST_PTR, 4 * lengths)
         self.left, _ = cl.enqueue_map_buffer(queue, pinned, cl.map_flags.READ | cl.map_flags.WRITE, 0, lengths,
                                              np.uint32)
-        self.group = {name: GROUP for name in KERNELS}
+        self.group = {name: GROUP for name in KERNELS} | {"shade": shade_group(queue.device, cl) or GROUP}
         b, stride = self.buffers, np.uint32(paths)
         path, hit = (b["reals"], b["uints"], stride), (b["hit_reals"], b["hit_uints"])
         light, result = (b["light_reals"], b["light_uints"]), (b["results"], b["aovs"])
@@ -69,11 +74,6 @@ class Wavefront:
                 if argument is not None:
                     kernel.set_arg(at, argument)
             self.kernels[name, parity] = kernel, [at for at, argument in enumerate(arguments) if argument is None]
-        device = queue.device
-        if device.type & cl.device_type.GPU:
-            kernel = self.kernels["shade", 0][0]
-            largest = kernel.get_work_group_info(cl.kernel_work_group_info.WORK_GROUP_SIZE, device)
-            self.group["shade"] = next((group for group in SHADE_GROUPS if group <= largest), GROUP)
 
     def launch(self, name: str, count: int, *changing, parity: int = 0):
         """Enqueue a kernel over at least `count` work-items; `changing` are the arguments that it lacks.

@@ -209,6 +209,10 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   return r;
 }
 
+/* With a known size of group, compilers keep to the registers that such a group can have. */
+#ifdef SHADE_GROUP
+__attribute__((reqd_work_group_size(SHADE_GROUP, 1, 1)))
+#endif
 __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PARAMETERS, RESULT_PARAMETERS,
                     QUEUE_PARAMETERS, uint bounce) {
   MAKE_SCENE

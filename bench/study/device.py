@@ -16,7 +16,7 @@ from isophote.prepare import Prepared
 from isophote.records import numbers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
-from isophote.wavefront import GROUP
+from isophote.wavefront import GROUP, shade_group
 
 SOURCE = Path(__file__).parents[2] / "kernels" / "study" / "variants.cl"
 # Put behind the elementary functions' definitions: the device's instructions instead of them, as in the report.
@@ -70,6 +70,9 @@ class StudyDevice(OpenCLDevice):
         options = build_options(self.device, self.settings, prepared)
         options += [f"-D{name}={value}" for name, value in
                     self.variant.macros(len(prepared.buffers["triangles"])).items()]
+        if self.variant.schedule == "shipping" and not self.variant.group:
+            if group := shade_group(self.device, self.cl):
+                options.append(f"-DSHADE_GROUP={group}")
         if self.variant.precision != "strict":
             options = [o for o in options if "correctly-rounded" not in o] + ["-DISOPHOTE_FAST"]
         if self.variant.precision == "native":
