@@ -16,11 +16,15 @@ FN real3 permute(real3 v, int axis) {
                     axis == 0 ? v.x : (axis == 1 ? v.y : v.z));
 }
 
+FN int largest_axis(real3 v) {
+  real3 a = abs3(v);
+  return a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);
+}
+
 FN Shear make_shear(real3 direction) {
   STRICT_FP
   Shear s;
-  real3 a = abs3(direction);
-  s.axis = a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);
+  s.axis = largest_axis(direction);
   real3 d = permute(direction, s.axis);
   s.shear_x = d.x / d.z;
   s.shear_y = d.y / d.z;

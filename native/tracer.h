@@ -2,7 +2,7 @@
  * once a variant. */
 #pragma once
 #ifndef ISOPHOTE_REFERENCE
-#include "wide_packet.h"
+#include "few_triangles.h"
 #endif
 #include "../kernels/stages.h"
 #include "wide_tree.h"
@@ -20,7 +20,10 @@ static void trace_all(Scene s, Source &source, uint count, int any, Rays kind = 
   for (uint i = 0; i < count; i++) source.store(i, trace(s, source.ray(i), any));
 #else
   const WideTree &tree = *static_cast<const WideTree *>(s.accelerator);
-  if (kind == COHERENT && !any && !(s.world[0].features & (FEATURE_INSTANCES | FEATURE_SPHERES)))
+  bool triangles_only = !(s.world[0].features & (FEATURE_INSTANCES | FEATURE_SPHERES));
+  if (triangles_only && tree.blocks.size() <= FEW_BLOCKS)
+    trace_few(tree, source, count);
+  else if (triangles_only && kind == COHERENT && !any)
     trace_packets(tree, s, source, count);
   else
     trace_wide(tree, s, source, count, any);

@@ -91,8 +91,8 @@ static void load_packet(Packet &p, const Source &source, uint from, uint count) 
   }
 }
 
-/* What a walk needs beside the rays. False where they go too different ways to be a packet. */
-static bool prepare_packet(Packet &p) {
+/* What tests of triangles need beside the rays; those are for the axis of the first ray. 0 where all have that axis. */
+static int start_packet(Packet &p) {
   p.axis = make_shear(make_real3(p.direction[0].at[0], p.direction[1].at[0], p.direction[2].at[0])).axis;
   int axis = p.axis, apart = 0;
 #pragma omp simd reduction(| : apart)
@@ -106,6 +106,12 @@ static bool prepare_packet(Packet &p) {
     p.u.at[k] = p.v.at[k] = 0.0f;
     p.instance[k] = p.primitive[k] = p.index[k] = NONE;
   }
+  return apart;
+}
+
+/* What a walk needs as well. False where the rays go too different ways to be a packet. */
+static bool prepare_packet(Packet &p) {
+  int apart = start_packet(p);
   for (int a = 0; a < 3; a++) {
 #pragma omp simd
     for (uint k = 0; k < PACKET; k++) {
@@ -151,23 +157,26 @@ FN bool enters_child(const Packet &p, const WideNode &n, uint k) {
   return any_of(enter <= leave * ENTER_SLACK);
 }
 
-/* Whether the line of any ray may pass the triangle: the edge functions of triangle_hit. */
+/* Whether any ray may hit the triangle no farther than it has hit something: triangle_hit's arithmetic. */
 FN bool may_hit(const Packet &p, const TriangleBlock &b, uint k) {
   STRICT_FP
   int z = p.axis, x = z == 2 ? 0 : z + 1, y = z == 0 ? 2 : z - 1;
-  Float16 px[3], py[3];
+  Float16 px[3], py[3], pz[3];
   for (int c = 0; c < 3; c++) {
-    Float16 pz = b.corner[c][z][k] - p.origin[z].all;
-    px[c] = b.corner[c][x][k] - p.origin[x].all - p.shear_x.all * pz;
-    py[c] = b.corner[c][y][k] - p.origin[y].all - p.shear_y.all * pz;
+    pz[c] = b.corner[c][z][k] - p.origin[z].all;
+    px[c] = b.corner[c][x][k] - p.origin[x].all - p.shear_x.all * pz[c];
+    py[c] = b.corner[c][y][k] - p.origin[y].all - p.shear_y.all * pz[c];
   }
   Float16 u = px[2] * py[1] - py[2] * px[1], v = px[0] * py[2] - py[0] * px[2], w = px[1] * py[0] - py[1] * px[0];
   Float16 zero{};
   Int16 negative = (u < zero) | (v < zero) | (w < zero), positive = (u > zero) | (v > zero) | (w > zero);
-  return any_of(~(negative & positive));
+  Float16 det = u + v + w, scale = p.scale.all;
+  Float16 t = (u * (scale * pz[0]) + v * (scale * pz[1]) + w * (scale * pz[2])) * (1.0f / det);
+  return any_of(~(negative & positive) & (t >= p.t_min.all) & (t <= p.t.all));
 }
 
-static void hit_block(Packet &p, const TriangleBlock &b) {
+/* Whether a triangle of the block may have become some ray's closest. */
+static bool hit_block(Packet &p, const TriangleBlock &b) {
   uint count = b.count & ~LAST_IN_LEAF;
   bool closer = false;
   for (uint k = 0; k < count; k++) {
@@ -207,8 +216,7 @@ static void hit_block(Packet &p, const TriangleBlock &b) {
     }
     closer = true;
   }
-  if (!closer) return;
-  p.limit = bounds_of(p.t).high * LIMIT_SLACK;
+  return closer;
 }
 
 static void walk_packet(Packet &p, const WideTree &tree) {
@@ -232,7 +240,7 @@ static void walk_packet(Packet &p, const WideTree &tree) {
       }
     } else {
       for (uint at = REF_INDEX(ref);; at++) {
-        hit_block(p, tree.blocks[at]);
+        if (hit_block(p, tree.blocks[at])) p.limit = bounds_of(p.t).high * LIMIT_SLACK;
         if (tree.blocks[at].count & LAST_IN_LEAF) break;
       }
     }
@@ -241,6 +249,17 @@ static void walk_packet(Packet &p, const WideTree &tree) {
       ref = refs[--top];
     } while (enters[top] > p.limit);
   }
+}
+
+FN Hit hit_of(const Packet &p, uint k) {
+  Hit h;
+  h.t = p.t.at[k];
+  h.u = p.u.at[k];
+  h.v = p.v.at[k];
+  h.instance = p.instance[k];
+  h.primitive = p.primitive[k];
+  h.index = p.index[k];
+  return h;
 }
 
 /* As trace_wide for closest hits, where neighbours among the rays go much the same way, in trees of triangles of the
@@ -263,16 +282,7 @@ static void trace_packets(const WideTree &tree, Scene s, Source &source, uint co
       continue;
     }
     walk_packet(p, tree);
-    for (uint k = 0; k < n; k++) {
-      Hit h;
-      h.t = p.t.at[k];
-      h.u = p.u.at[k];
-      h.v = p.v.at[k];
-      h.instance = p.instance[k];
-      h.primitive = p.primitive[k];
-      h.index = p.index[k];
-      source.store(from + k, h);
-    }
+    for (uint k = 0; k < n; k++) source.store(from + k, hit_of(p, k));
   }
 }
 

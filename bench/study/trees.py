@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.study.variant import Variant
+from isophote.geometry import Geometry
 from isophote.prepare import Prepared
 from isophote.records import fields_of, numbers, records
 
@@ -72,7 +73,9 @@ def with_roots(prepared: Prepared, new: dict[int, int], **buffers) -> Prepared:
     for name in ("instances", "world"):
         made[name] = made[name].copy()
         made[name]["root"] = [new.get(int(root), int(root)) for root in made[name]["root"]]
-    return replace(prepared, buffers=made | buffers)
+    made |= buffers
+    # The CPU's tree is made of the geometry's buffers.
+    return replace(prepared, buffers=made, geometry=Geometry(made, int(made["world"]["root"][0]), trees=[]))
 
 
 def levels(nodes: np.ndarray, root: int):
