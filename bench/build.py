@@ -84,13 +84,14 @@ def place(corners: np.ndarray, order: np.ndarray, last: np.ndarray) -> np.ndarra
 def surface_cost(nodes: np.ndarray, last: np.ndarray) -> float:
     """Expected cost of a random line that meets the root's box: 1 a node, 1 a triangle."""
     n = numbers()
-    size = [nodes[f"hi_{axis}"].astype(float) - nodes[f"lo_{axis}"] for axis in "xyz"]
+    size = [2 * nodes[f"half_{axis}"].astype(float) for axis in "xyz"]
     area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
     inner = nodes["child"] >> 30 == n["REF_NODE"]
     ends = np.flatnonzero(last)
     first = nodes["child"][~inner] & np.uint32(0x3FFFFFFF)
     count = ends[np.searchsorted(ends, first)] - first + 1
-    whole = [max(nodes[0][f"hi_{axis}"]) - min(nodes[0][f"lo_{axis}"]) for axis in "xyz"]
+    center, half = ([nodes[0][f"{name}_{axis}"] for axis in "xyz"] for name in ("center", "half"))
+    whole = [max(c + h) - min(c - h) for c, h in zip(center, half, strict=True)]
     root = whole[0] * whole[1] + whole[1] * whole[2] + whole[2] * whole[0]
     return float(1 + (area[inner].sum() + (area[~inner] * count).sum()) / root)
 

@@ -40,8 +40,8 @@ class TimedWavefront(Wavefront):
         self.extends: list[tuple[int, object]] = []
         self.seconds, self.rays = np.zeros(MOST_BOUNCES), np.zeros(MOST_BOUNCES)
 
-    def launch(self, name: str, count: int, *changing, parity: int = 0):
-        event = super().launch(name, count, *changing, parity=parity)
+    def launch(self, name: str, count: int, *changing, parity: int = 0, each: int = 1):
+        event = super().launch(name, count, *changing, parity=parity, each=each)
         if name == "extend":
             self.extends.append((int(changing[-1]), event))
         return event

@@ -21,6 +21,9 @@ GROUP = 64  # work-items of a group
 # H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
 SHADE_GROUP = 512
 MOST_BOUNCES = 514  # vertices of a path: 8 bits count those that scatter, 8 those that let it pass
+# Kernels that trace: groups whose lanes take the group's rays as they come, on GPUs after the camera's rays, which
+# keep together anyway. Fewer where groups would not fill the device.
+TRACE_GROUP, RAYS_EACH, GROUPS_EACH_UNIT = 128, 8, 8
 BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bounce has left
 
 
@@ -53,7 +56,11 @@ class Wavefront:
         pinned = cl.Buffer(context, flags.READ_WRITE | flags.ALLOC_HOST_PTR, 4 * lengths)
         self.left, _ = cl.enqueue_map_buffer(queue, pinned, cl.map_flags.READ | cl.map_flags.WRITE, 0, lengths,
                                              np.uint32)
-        self.group = {name: GROUP for name in KERNELS} | {"shade": shade_group(queue.device, cl) or GROUP}
+        self.group = {name: GROUP for name in KERNELS}
+        self.rays_each, self.enough_groups = 1, GROUPS_EACH_UNIT * queue.device.max_compute_units
+        if queue.device.type & cl.device_type.GPU:
+            self.group |= {"shade": shade_group(queue.device, cl), "extend": TRACE_GROUP, "connect": TRACE_GROUP}
+            self.rays_each = RAYS_EACH
         b, stride = self.buffers, np.uint32(paths)
         path, hit = (b["reals"], b["uints"], stride), (b["hit_reals"], b["hit_uints"])
         light, result = (b["light_reals"], b["light_uints"]), (b["results"], b["aovs"])
@@ -75,15 +82,15 @@ class Wavefront:
                     kernel.set_arg(at, argument)
             self.kernels[name, parity] = kernel, [at for at, argument in enumerate(arguments) if argument is None]
 
-    def launch(self, name: str, count: int, *changing, parity: int = 0):
-        """Enqueue a kernel over at least `count` work-items; `changing` are the arguments that it lacks.
-
-        Returns the event."""
+    def launch(self, name: str, count: int, *changing, parity: int = 0, each: int = 1):
+        """Enqueue a kernel for `count` paths, about `each` of them a work-item; `changing` are the arguments that it
+        lacks. Returns the event."""
         kernel, places = self.kernels[name, parity]
         for at, argument in zip(places, changing, strict=True):
             kernel.set_arg(at, argument)
         group = self.group[name]
-        return self.cl.enqueue_nd_range_kernel(self.queue, kernel, (-(-count // group) * group,), (group,))
+        groups = max(-(-count // (group * each)), min(-(-count // group), self.enough_groups))
+        return self.cl.enqueue_nd_range_kernel(self.queue, kernel, (groups * group,), (group,))
 
     def trace(self, params, film, first: int, pixels: int, samples: int, bounces: int,
               cancelled: Callable[[], bool]) -> bool:
@@ -104,10 +111,10 @@ class Wavefront:
                     return False
             if not alive:
                 break
-            parity = bounce % 2
-            self.launch("extend", alive, params, u(bounce), parity=parity)
+            parity, each = bounce % 2, self.rays_each if bounce else 1
+            self.launch("extend", alive, params, u(bounce), parity=parity, each=each)
             self.launch("shade", alive, params, u(bounce), parity=parity)
-            self.launch("connect", alive, params, u(bounce))
+            self.launch("connect", alive, params, u(bounce), each=each)
             looks.append(self.cl.enqueue_copy(self.queue, self.left[bounce:bounce + 1], self.counts,
                                               src_offset=8 * (bounce + 1), is_blocking=False))
             self.queue.flush()

@@ -11,8 +11,8 @@
 #define STACK_SIZE 96 /* the builder keeps each of the two levels below 46 */
 #define REF_RETURN 0xfffffffeu /* on the stack: back from an instance to the world */
 
-/* 1 + 2 gamma(3), and what a hit's distance may be off against its box. */
-#define SLAB_SLACK (REAL(1.0) + REAL(8.0) * ROUNDING)
+/* What distances to a box, and a hit's against its box, may be off. */
+#define SLAB_SLACK (REAL(1.0) + REAL(16.0) * ROUNDING)
 #define LIMIT_SLACK (REAL(1.0) + REAL(16.0) * ROUNDING)
 
 /* A direction's reciprocal, finite, so that no slab test sees 0 * infinity, and far enough from the largest
@@ -55,31 +55,33 @@ FN real3 transform_normal(GLOBAL const float *m, real3 n) {
                     to_real(m[2]) * n.x + to_real(m[6]) * n.y + to_real(m[10]) * n.z);
 }
 
-/* What the tests of boxes need of a ray: t = bound * inverse + offset in one rounding each. The origin stands
- * as an interval of a few roundings, which covers that of origin * inverse: the offsets of low bounds belong
- * to its upper end, those of high bounds to its lower, so boxes only ever grow. */
+/* Where the ray is in a box: it enters and leaves; outside, leave < enter. */
 typedef struct {
-  real3 inverse, low_offset, high_offset;
-} Slabs;
+  real enter, leave;
+} Span;
 
-FN Slabs make_slabs(LocalRay r) {
-  Slabs s;
-  real3 width = abs3(r.origin) * (REAL(4.0) * ROUNDING);
-  s.inverse = r.inverse;
-  s.low_offset = (zero3() - r.origin - width) * r.inverse;
-  s.high_offset = (width - r.origin) * r.inverse;
+/* The box is given by its center and half its size along each axis, not by its planes: which plane is the
+ * nearer one then needs no comparison, and GPUs do additions and multiplications faster than minima. The middle's
+ * distance has a relative error of three roundings. Where the box is large against it, half the size, which the
+ * host rounds up by 16 roundings (native/bvh_node.h), covers that; else SLAB_SLACK does. */
+FN Span span_of_box(real center_x, real half_x, real center_y, real half_y, real center_z, real half_z, LocalRay r,
+                    real t_min, real t_max) {
+  real x = (center_x - r.origin.x) * r.inverse.x, wide_x = fabs(r.inverse.x);
+  real y = (center_y - r.origin.y) * r.inverse.y, wide_y = fabs(r.inverse.y);
+  real z = (center_z - r.origin.z) * r.inverse.z, wide_z = fabs(r.inverse.z);
+  Span s;
+  s.enter = loose_max(loose_max(fma(-half_x, wide_x, x), fma(-half_y, wide_y, y)),
+                      loose_max(fma(-half_z, wide_z, z), t_min));
+  s.leave = loose_min(loose_min(fma(half_x, wide_x, x), fma(half_y, wide_y, y)),
+                      loose_min(fma(half_z, wide_z, z), t_max)) * SLAB_SLACK;
   return s;
 }
 
 /* Distance at which the ray enters the box, or a negative number where it does not before t_max. */
-FN real enter_box(real lo_x, real hi_x, real lo_y, real hi_y, real lo_z, real hi_z, Slabs s, real t_min,
-                  real t_max) {
-  real ax = fma(lo_x, s.inverse.x, s.low_offset.x), bx = fma(hi_x, s.inverse.x, s.high_offset.x);
-  real ay = fma(lo_y, s.inverse.y, s.low_offset.y), by = fma(hi_y, s.inverse.y, s.high_offset.y);
-  real az = fma(lo_z, s.inverse.z, s.low_offset.z), bz = fma(hi_z, s.inverse.z, s.high_offset.z);
-  real enter = loose_max(loose_max(loose_min(ax, bx), loose_min(ay, by)), loose_max(loose_min(az, bz), t_min));
-  real leave = loose_min(loose_min(loose_max(ax, bx), loose_max(ay, by)), loose_min(loose_max(az, bz), t_max));
-  return enter <= leave * SLAB_SLACK ? enter : REAL(-1.0);
+FN real enter_box(real center_x, real half_x, real center_y, real half_y, real center_z, real half_z, LocalRay r,
+                  real t_min, real t_max) {
+  Span s = span_of_box(center_x, half_x, center_y, half_y, center_z, half_z, r, t_min, t_max);
+  return s.enter <= s.leave ? s.enter : REAL(-1.0);
 }
 
 FN Hit keep_closer(Hit best, TriangleHit h, uint instance, uint primitive, uint index, Ray ray) {
@@ -132,60 +134,99 @@ FN Hit hit_spheres(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
   return best;
 }
 
-/* The closest hit along the ray; with any != 0 the first one found, which says only that there is one.
- *
- * Rays of a work-group first all go down to a leaf each, then all test their triangles (Aila and Laine 2009,
- * "Understanding the Efficiency of Ray Traversal on GPUs", while-while). */
-FN Hit trace(Scene s, Ray ray, int any) {
-  Hit best = no_hit(ray.t_max);
-  uint stack[STACK_SIZE];
-  int top = 0;
-  uint instance = NONE;
-  LocalRay world = make_local_ray(ray.origin, ray.direction);
-  LocalRay space = world;
-  Slabs slabs = make_slabs(space);
-  real slack_t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING);
-  uint ref = s.world[0].root;
-  stack[top++] = NONE;
-  for (;;) {
-    while (REF_KIND(ref) == REF_NODE) {
-      GLOBAL const Bvh2Node *n = &s.nodes[ref];
-      float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2), children = load_float4(n, 3);
-      real limit = best.t * LIMIT_SLACK;
-      real t0 = enter_box(to_real(x.x), to_real(x.z), to_real(y.x), to_real(y.z), to_real(z.x), to_real(z.z), slabs,
-                          slack_t_min, limit);
-      real t1 = enter_box(to_real(x.y), to_real(x.w), to_real(y.y), to_real(y.w), to_real(z.y), to_real(z.w), slabs,
-                          slack_t_min, limit);
-      uint child0 = bits_of_float(children.x), child1 = bits_of_float(children.y);
-      int in0 = t0 >= REAL(0.0), in1 = t1 >= REAL(0.0);
-      int second_first = in0 & in1 ? t1 < t0 : in1;
-      ref = second_first ? child1 : child0;
-      if (in0 & in1) stack[top++] = second_first ? child0 : child1;
-      if (!(in0 | in1)) ref = stack[--top];
-    }
-    if (ref == NONE) return best;
-    uint kind = REF_KIND(ref);
-    if (kind == REF_TRIANGLES) {
-      best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
-      if (any && best.index != NONE) return best;
-    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
-      best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
-      if (any && best.index != NONE) return best;
-    } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && ref == REF_RETURN) {
-      instance = NONE;
-      space = world;
-      slabs = make_slabs(space);
-    } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[REF_INDEX(ref)].visibility & ray.kind)) {
-      stack[top++] = REF_RETURN;
-      instance = REF_INDEX(ref);
-      space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
-                             transform_vector(s.instances[instance].to_object, ray.direction));
-      slabs = make_slabs(space);
-      ref = s.instances[instance].root;
-      continue;
-    }
-    ref = stack[--top];
+/* A ray on its way through the trees. */
+typedef struct {
+  Ray ray;
+  Hit best;
+  LocalRay space; /* the ray in the space of the tree that is being walked */
+  uint instance;  /* whose tree that is; NONE: the world's */
+  uint ref;       /* what comes next; NONE: the walk is over */
+  int top;        /* of the stack */
+} Walk;
+
+FN Walk begin_walk(Scene s, Ray ray, uint *stack) {
+  Walk w;
+  w.ray = ray;
+  w.best = no_hit(ray.t_max);
+  w.space = make_local_ray(ray.origin, ray.direction);
+  w.instance = NONE;
+  w.ref = s.world[0].root;
+  w.top = 0;
+  stack[w.top++] = NONE;
+  return w;
+}
+
+FN Walk next_of_stack(Walk w, const uint *stack) {
+  w.ref = stack[--w.top];
+  return w;
+}
+
+/* From a node to the nearer of its children that the ray meets; the other goes on the stack. */
+FN Walk pass_node(Scene s, Walk w, uint *stack) {
+  GLOBAL const Bvh2Node *n = &s.nodes[w.ref];
+  float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2), children = load_float4(n, 3);
+  real t_min = w.ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING), t_max = w.best.t * LIMIT_SLACK;
+  Span s0 = span_of_box(to_real(x.x), to_real(x.z), to_real(y.x), to_real(y.z), to_real(z.x), to_real(z.z), w.space,
+                        t_min, t_max);
+  Span s1 = span_of_box(to_real(x.y), to_real(x.w), to_real(y.y), to_real(y.w), to_real(z.y), to_real(z.w), w.space,
+                        t_min, t_max);
+  uint child0 = bits_of_float(children.x), child1 = bits_of_float(children.y);
+  int in0 = s0.enter <= s0.leave, in1 = s1.enter <= s1.leave;
+  int second_first = in1 & (!in0 | (s1.enter < s0.enter));
+  w.ref = second_first ? child1 : child0;
+  if (in0 & in1) stack[w.top++] = second_first ? child0 : child1;
+  if (!(in0 | in1)) w = next_of_stack(w, stack);
+  return w;
+}
+
+/* What a leaf holds: tests triangles and spheres, goes into an instance or back from it. */
+FN Walk pass_leaf(Scene s, Walk w, uint *stack, int any) {
+  uint kind = REF_KIND(w.ref), index = REF_INDEX(w.ref);
+  if (kind == REF_TRIANGLES) {
+    w.best = hit_triangles(s, index, w.instance, w.space, w.ray, w.best);
+  } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
+    w.best = hit_spheres(s, index, w.space, w.ray, w.best);
+  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && w.ref == REF_RETURN) {
+    w.instance = NONE;
+    w.space = make_local_ray(w.ray.origin, w.ray.direction);
+  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[index].visibility & w.ray.kind)) {
+    stack[w.top++] = REF_RETURN;
+    w.instance = index;
+    w.space = make_local_ray(transform_point(s.instances[index].to_object, w.ray.origin),
+                             transform_vector(s.instances[index].to_object, w.ray.direction));
+    w.ref = s.instances[index].root;
+    return w;
   }
+  w = next_of_stack(w, stack);
+  if (any && w.best.index != NONE) w.ref = NONE;
+  return w;
+}
+
+/* Lanes of a GPU that run together do each instruction for all of them or leave some idle. So all first go down to
+ * a leaf each, then all test their triangles (Aila and Laine 2009, "Understanding the Efficiency of Ray Traversal on
+ * GPUs", while-while). When only few are still on their way down, those that wait come first: at FEW_LANES three
+ * quarters of a warp wait. Two nodes are passed for each such look. */
+#define FEW_LANES 12u
+
+/* Goes on until the walk is over, or until fewer than `company` lanes that run together are still walking: it may be
+ * worth to give the others new rays. With any != 0 the first hit that is found will do: there is one. */
+FN Walk go_on(Scene s, Walk w, uint *stack, int any, uint company) {
+  while (w.ref != NONE) {
+    while (REF_KIND(w.ref) == REF_NODE) {
+      w = pass_node(s, w, stack);
+      if (REF_KIND(w.ref) == REF_NODE) w = pass_node(s, w, stack);
+      if (lanes_together() < FEW_LANES) break;
+    }
+    if (REF_KIND(w.ref) != REF_NODE && w.ref != NONE) w = pass_leaf(s, w, stack, any);
+    if (lanes_together() < company) break;
+  }
+  return w;
+}
+
+/* The closest hit along the ray, or with any != 0 some hit where there is one. */
+FN Hit trace(Scene s, Ray ray, int any) {
+  uint stack[STACK_SIZE];
+  return go_on(s, begin_walk(s, ray, stack), stack, any, 0u).best;
 }
 
 #endif

@@ -78,8 +78,10 @@ FN uint path_kind(Path p) { return p.status & 255u; }
 
 FN Ray path_ray(Path p) {
   Ray r = free_ray(make_real3(p.ox, p.oy, p.oz), make_real3(p.dx, p.dy, p.dz), p.t_min, p.t_max);
-  r.after_instance = p.after_instance;
-  r.after_primitive = p.after_primitive;
+  if (SCENE_FEATURES & FEATURE_TRANSPARENT) { /* else no path has gone through a surface */
+    r.after_instance = p.after_instance;
+    r.after_primitive = p.after_primitive;
+  }
   r.kind = path_kind(p);
   return r;
 }

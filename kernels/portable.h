@@ -41,6 +41,16 @@ FN float4 load_float4(GLOBAL const void *record, uint k) {
  * only for what may err: tests of boxes. */
 #define loose_min(a, b) fmin(a, b)
 #define loose_max(a, b) fmax(a, b)
+/* How many lanes of a warp run together here; many where the compiler cannot tell. OpenCL C 1.2 has no word for it. */
+#ifdef __NV_CL_C_VERSION
+FN uint lanes_together(void) {
+  uint lanes;
+  asm volatile("activemask.b32 %0;" : "=r"(lanes));
+  return popcount(lanes);
+}
+#else
+#define lanes_together() 0xffffffffu
+#endif
 
 #else
 /* ------------------------------------------------------------------ C++20 */
@@ -116,6 +126,7 @@ FN float4 load_float4(const void *record, uint k) {
   std::memcpy(&f, static_cast<const char *>(record) + 16 * k, sizeof f);
   return f;
 }
+#define lanes_together() 0xffffffffu
 #define loose_min(a, b) min_real(a, b)
 #define loose_max(a, b) max_real(a, b)
 /* The square root of the compiler, correctly rounded and without errno. */

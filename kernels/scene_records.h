@@ -49,9 +49,9 @@ typedef struct {
 #define REF_INDEX(ref) ((ref) & 0x3fffffffu)
 #define LAST_IN_LEAF 0x80000000u
 
-/* BVH2 node, 64 bytes, holding the boxes of both children (Aila and Laine 2009). */
+/* BVH2 node, 64 bytes, holding the boxes of both children (Aila and Laine 2009): center and half the size. */
 typedef struct {
-  float lo_x[2], hi_x[2], lo_y[2], hi_y[2], lo_z[2], hi_z[2];
+  float center_x[2], half_x[2], center_y[2], half_y[2], center_z[2], half_z[2];
   uint child[2];
   uint unused[2];
 } Bvh2Node;

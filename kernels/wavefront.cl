@@ -101,14 +101,46 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   queue[i] = i;
 }
 
+/* A group's share of a queue, [next, end): its lanes begin with as many, and who is done takes the next.
+ *
+ * A warp is busy until its longest walk is over. With rays that go anywhere two thirds of an H200's lanes were idle
+ * on average; giving those whose walk is over new rays follows Aila, Laine and Karras 2012, "Understanding the
+ * Efficiency of Ray Traversal on GPUs - Kepler and Fermi Addendum". A lane waits until fewer than COMPANY are walking,
+ * because to begin a walk costs as much as some steps. */
+#define COMPANY 20u
+typedef struct {
+  uint first, end;
+} Share;
+
+FN Share share_of_group(uint count) {
+  uint each = (count + uint_of(get_num_groups(0)) - 1u) / uint_of(get_num_groups(0));
+  Share share;
+  share.first = min_uint(uint_of(get_group_id(0)) * each, count);
+  share.end = min_uint(share.first + each, count);
+  return share;
+}
+
 __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL const uint *queue,
                      GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
-  uint k = get_global_id(0);
-  if (k >= counts[2u * bounce]) return;
-  uint i = queue[k];
-  Hit h = trace(s, path_ray(load_path(reals, uints, stride, i)), 0);
-  store_hit(hit_reals, hit_uints, stride, i, h);
+  __local uint next;
+  Share share = share_of_group(counts[2u * bounce]);
+  if (get_local_id(0) == 0) next = share.first + uint_of(get_local_size(0));
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint stack[STACK_SIZE], i = 0u;
+  Walk w;
+  w.ref = NONE;
+  for (uint k = share.first + uint_of(get_local_id(0)); k < share.end;) {
+    if (w.ref == NONE) {
+      i = queue[k];
+      w = begin_walk(s, path_ray(load_path(reals, uints, stride, i)), stack);
+    }
+    w = go_on(s, w, stack, 0, next < share.end ? COMPANY : 0u);
+    if (w.ref == NONE) {
+      store_hit(hit_reals, hit_uints, stride, i, w.best);
+      k = atomic_inc(&next);
+    }
+  }
 }
 
 /* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. */
@@ -254,11 +286,31 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
 __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL real *results,
                       GLOBAL const uint *light_queue, GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
-  uint k = get_global_id(0);
-  if (k >= counts[2u * bounce + 1u]) return;
-  uint i = light_queue[k];
-  Connection c = load_connection(light_reals, light_uints, stride, i);
-  add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES));
+  __local uint next;
+  Share share = share_of_group(counts[2u * bounce + 1u]);
+  if (get_local_id(0) == 0) next = share.first + uint_of(get_local_size(0));
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint stack[STACK_SIZE], i = 0u;
+  Connection c;
+  Walk w;
+  w.ref = NONE;
+  for (uint k = share.first + uint_of(get_local_id(0)); k < share.end;) {
+    if (w.ref == NONE) {
+      i = light_queue[k];
+      c = load_connection(light_reals, light_uints, stride, i);
+      if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
+        add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES));
+        k = atomic_inc(&next);
+        continue;
+      }
+      w = begin_walk(s, c.ray, stack);
+    }
+    w = go_on(s, w, stack, 1, next < share.end ? COMPANY : 0u);
+    if (w.ref == NONE) {
+      if (w.best.index == NONE) add_result(results, stride, i, c.light);
+      k = atomic_inc(&next);
+    }
+  }
 }
 
 /* Adds the samples of each pixel to the film in the order of their numbers. */

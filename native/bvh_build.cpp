@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "bvh_node.h"
 #include "bvh_split.h"
 #include "presplit.h"
 
@@ -28,12 +29,8 @@ struct Part {
 
 void set_child(Bvh2Node &node, int k, uint32_t ref, Box box) {
   node.child[k] = ref;
-  node.lo_x[k] = box[0];
-  node.lo_y[k] = box[1];
-  node.lo_z[k] = box[2];
-  node.hi_x[k] = -box[4];
-  node.hi_y[k] = -box[5];
-  node.hi_z[k] = -box[6];
+  const float lo[3] = {box[0], box[1], box[2]}, hi[3] = {-box[4], -box[5], -box[6]};
+  set_box(node, k, lo, hi);
 }
 
 struct Subtree {

@@ -4,6 +4,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bvh_node.h"
+
 namespace isophote {
 namespace {
 
@@ -32,11 +34,10 @@ struct Box {
   }
 };
 
-Box child_box(const Bvh2Node &n, int k) { return {{n.lo_x[k], n.lo_y[k], n.lo_z[k]}, {n.hi_x[k], n.hi_y[k], n.hi_z[k]}}; }
-
-void set_child_box(Bvh2Node &n, int k, const Box &b) {
-  n.lo_x[k] = b.lo[0], n.lo_y[k] = b.lo[1], n.lo_z[k] = b.lo[2];
-  n.hi_x[k] = b.hi[0], n.hi_y[k] = b.hi[1], n.hi_z[k] = b.hi[2];
+Box child_box(const Bvh2Node &n, int k) {
+  Box box;
+  get_box(n, k, box.lo, box.hi);
+  return box;
 }
 
 /* The box below a reference, and areas times costs of all nodes there, with the boxes before and now. */
@@ -74,7 +75,7 @@ class Refitter {
       double cost = items ? double(items) : 1.0;
       all.before += below.before + before * cost;
       all.after += below.after + below.box.half_area() * cost;
-      set_child_box(node, k, below.box);
+      set_box(node, k, below.box.lo, below.box.hi);
       if (k)
         all.box.add(below.box);
       else

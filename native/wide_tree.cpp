@@ -7,6 +7,8 @@
 #include <limits>
 #include <memory>
 
+#include "bvh_node.h"
+
 namespace isophote {
 namespace {
 
@@ -24,7 +26,9 @@ struct ChildBox {
 };
 
 ChildBox box_of(const Bvh2Node &n, int k) {
-  return {{n.lo_x[k], n.lo_y[k], n.lo_z[k]}, {n.hi_x[k], n.hi_y[k], n.hi_z[k]}};
+  ChildBox box;
+  get_box(n, k, box.lo, box.hi);
+  return box;
 }
 
 /* How the subtree below a node of the BVH2 is laid out best. */

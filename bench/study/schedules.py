@@ -30,8 +30,8 @@ class Shipping(Wavefront):
         if device.variant.group:
             self.group = dict.fromkeys(self.group, device.variant.group)
 
-    def launch(self, name, count, *changing, parity=0):
-        event = super().launch(name, count, *changing, parity=parity)
+    def launch(self, name, count, *changing, parity=0, each=1):
+        event = super().launch(name, count, *changing, parity=parity, each=each)
         self.device.keep(name, event)
         return event
 

@@ -173,7 +173,7 @@ def as_list(prepared: Prepared) -> Prepared:
         chain += [(ref, len(chain) + k + 1 if k + 2 < len(links) else links[-1]) for k, ref in enumerate(links[:-1])]
     nodes = np.zeros(max(len(chain), 1), records()["Bvh2Node"])
     for axis in AXES:
-        nodes[f"lo_{axis}"], nodes[f"hi_{axis}"] = -HUGE, HUGE
+        nodes[f"half_{axis}"] = HUGE
     if chain:
         nodes["child"] = chain
     return with_roots(prepared, new_roots, nodes=nodes, triangles=triangles, spheres=spheres)
@@ -192,10 +192,9 @@ def with_parents(prepared: Prepared) -> Prepared:
     for k, root in enumerate(leaves):
         above["child"][k] = root, n["NONE"]
         for axis in AXES:
-            above[f"lo_{axis}"][k], above[f"hi_{axis}"][k] = -HUGE, HUGE
+            above[f"half_{axis}"][k] = HUGE
     nodes = np.concatenate([nodes, above])
-    lo, hi = (np.stack([nodes[f"{bound}_{axis}"] for axis in AXES], 2) for bound in ("lo", "hi"))  # (n, child, axis)
-    apart = (lo[:, 1] / 2 + hi[:, 1] / 2) - (lo[:, 0] / 2 + hi[:, 0] / 2)
+    apart = np.stack([nodes[f"center_{axis}"][:, 1] - nodes[f"center_{axis}"][:, 0] for axis in AXES], 1)
     axis = np.abs(apart).argmax(1)
     upper_first = np.take_along_axis(apart, axis[:, None], 1)[:, 0] < 0
     nodes["unused"][:, 1] = axis | upper_first << 2
@@ -220,7 +219,8 @@ def as_wide(prepared: Prepared, width: int, quantised: bool) -> Prepared:
     """The BVH2s collapsed to `width` children: the child with the largest surface is opened until all places are taken
     (Wald, Benthin and Boulos 2008, section 4.2)."""
     nodes = prepared.buffers["nodes"]
-    boxes = np.stack([np.stack([nodes[f"{bound}_{axis}"] for axis in AXES], 2) for bound in ("lo", "hi")], 2)
+    center, half = (np.stack([nodes[f"{name}_{axis}"] for axis in AXES], 2) for name in ("center", "half"))
+    boxes = np.stack([center - half, center + half], 2)  # (node, child, lo hi, axis)
     made, new_roots, placed = [], {}, 0
     for root in roots(prepared):
         if not is_node(np.uint32(root)):

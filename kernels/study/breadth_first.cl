@@ -63,11 +63,10 @@ __kernel void bfs_level(SCENE_PARAMETERS, PATH_PARAMETERS, PAIR_PARAMETERS(pair)
         if (instance != NONE)
           space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
                                  transform_vector(s.instances[instance].to_object, ray.direction));
-        Slabs slabs = make_slabs(space);
         GLOBAL const Bvh2Node *n = &s.nodes[ref];
         real t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING), limit = ray.t_max * LIMIT_SLACK;
-        real t0 = enter_box(n->lo_x[0], n->hi_x[0], n->lo_y[0], n->hi_y[0], n->lo_z[0], n->hi_z[0], slabs, t_min, limit);
-        real t1 = enter_box(n->lo_x[1], n->hi_x[1], n->lo_y[1], n->hi_y[1], n->lo_z[1], n->hi_z[1], slabs, t_min, limit);
+        real t0 = enter_box(n->center_x[0], n->half_x[0], n->center_y[0], n->half_y[0], n->center_z[0], n->half_z[0], space, t_min, limit);
+        real t1 = enter_box(n->center_x[1], n->half_x[1], n->center_y[1], n->half_y[1], n->center_z[1], n->half_z[1], space, t_min, limit);
         left = t0 >= REAL(0.0) ? n->child[0] : NONE;
         right = t1 >= REAL(0.0) ? n->child[1] : NONE;
       }

@@ -16,14 +16,13 @@ FN uint material_key(Scene s, GLOBAL const uint *hit_uints, uint stride, uint i)
 
 FN uint spread_bits(uint x) { return (x & 1u) | ((x & 2u) << 2) | ((x & 4u) << 4); }
 
+#define LOWEST(a) min_real(root->center_##a[0] - root->half_##a[0], root->center_##a[1] - root->half_##a[1])
+#define HIGHEST(a) max_real(root->center_##a[0] + root->half_##a[0], root->center_##a[1] + root->half_##a[1])
 /* Octant of the direction, then the cell of 8 x 8 x 8 in which the ray starts, in Morton order. */
 FN uint ray_key(Scene s, Ray ray) {
   if (REF_KIND(s.world[0].root) != REF_NODE) return 0u;
   GLOBAL const Bvh2Node *root = &s.nodes[s.world[0].root];
-  real3 lo = make_real3(min_real(root->lo_x[0], root->lo_x[1]), min_real(root->lo_y[0], root->lo_y[1]),
-                        min_real(root->lo_z[0], root->lo_z[1]));
-  real3 hi = make_real3(max_real(root->hi_x[0], root->hi_x[1]), max_real(root->hi_y[0], root->hi_y[1]),
-                        max_real(root->hi_z[0], root->hi_z[1]));
+  real3 lo = make_real3(LOWEST(x), LOWEST(y), LOWEST(z)), hi = make_real3(HIGHEST(x), HIGHEST(y), HIGHEST(z));
   uint x = uint_of(REAL(7.999) * clamp01((ray.origin.x - lo.x) / (hi.x - lo.x)));
   uint y = uint_of(REAL(7.999) * clamp01((ray.origin.y - lo.y) / (hi.y - lo.y)));
   uint z = uint_of(REAL(7.999) * clamp01((ray.origin.z - lo.z) / (hi.z - lo.z)));

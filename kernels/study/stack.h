@@ -8,7 +8,6 @@ FN Hit trace_stack(Scene s, Ray ray, int any) {
   Hit best = no_hit(ray.t_max);
   LocalRay world = make_local_ray(ray.origin, ray.direction);
   LocalRay space = world;
-  Slabs slabs = make_slabs(space);
   real slack_t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING);
   uint stack[STUDY_STACK]; /* the host has looked how deep the tree is */
   int top = 0;
@@ -20,13 +19,12 @@ FN Hit trace_stack(Scene s, Ray ray, int any) {
     if ((SCENE_FEATURES & FEATURE_INSTANCES) && ref == REF_RETURN) {
       instance = NONE;
       space = world;
-      slabs = make_slabs(space);
     } else if (kind == REF_NODE) {
       GLOBAL const Bvh2Node *n = &s.nodes[ref];
       real limit = (PRUNED ? best.t : ray.t_max) * LIMIT_SLACK;
       float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2), children = load_float4(n, 3);
-      real t0 = enter_box(x.x, x.z, y.x, y.z, z.x, z.z, slabs, slack_t_min, limit);
-      real t1 = enter_box(x.y, x.w, y.y, y.w, z.y, z.w, slabs, slack_t_min, limit);
+      real t0 = enter_box(x.x, x.z, y.x, y.z, z.x, z.z, space, slack_t_min, limit);
+      real t1 = enter_box(x.y, x.w, y.y, y.w, z.y, z.w, space, slack_t_min, limit);
       uint child0 = bits_of_float(children.x), child1 = bits_of_float(children.y);
       int first = ORDERED && t1 < t0 && t1 >= REAL(0.0); /* the one that is visited first */
       if ((first ? t0 : t1) >= REAL(0.0)) stack[top++] = first ? child0 : child1;
@@ -41,7 +39,6 @@ FN Hit trace_stack(Scene s, Ray ray, int any) {
       instance = REF_INDEX(ref);
       space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
                              transform_vector(s.instances[instance].to_object, ray.direction));
-      slabs = make_slabs(space);
       stack[top++] = REF_RETURN;
       stack[top++] = s.instances[instance].root;
     }

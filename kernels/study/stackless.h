@@ -24,7 +24,6 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
   Hit best = no_hit(ray.t_max);
   LocalRay world = make_local_ray(ray.origin, ray.direction);
   LocalRay space = world;
-  Slabs slabs = make_slabs(space);
   real slack_t_min = ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING);
   uint node = s.world[0].root, instance = NONE, outer_node = NONE, outer_child = 0u;
   if (node == NONE) return best;
@@ -40,7 +39,6 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
       if (parent == NONE) {
         instance = NONE;
         space = world;
-        slabs = make_slabs(space);
       }
       if (child == near_child(&s.nodes[node], space.direction)) {
         child = 1u - child;
@@ -53,7 +51,7 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
     real limit = (PRUNED ? best.t : ray.t_max) * LIMIT_SLACK;
     real t = ref == NONE ? REAL(-1.0)
                          : enter_box(child ? x.y : x.x, child ? x.w : x.z, child ? y.y : y.x, child ? y.w : y.z,
-                                     child ? z.y : z.x, child ? z.w : z.z, slabs, slack_t_min, limit);
+                                     child ? z.y : z.x, child ? z.w : z.z, space, slack_t_min, limit);
     if (t >= REAL(0.0)) {
       if (kind == REF_TRIANGLES) best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
       if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES)
@@ -65,7 +63,6 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
         instance = REF_INDEX(ref);
         space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
                                transform_vector(s.instances[instance].to_object, ray.direction));
-        slabs = make_slabs(space);
         outer_node = node;
         outer_child = child;
         ref = s.instances[instance].root;

@@ -33,6 +33,16 @@
 #define trace(scene, ray, any) trace_wide8(scene, ray, any)
 #endif
 
+#if TRAVERSAL != TRAVERSAL_SHIPPING
+/* In place of the shipping walk: all of it at once. */
+FN Walk walk_to_end(Scene s, Walk w, int any) {
+  w.best = trace(s, w.ray, any);
+  w.ref = NONE;
+  return w;
+}
+#define go_on(scene, walk, stack, any, company) walk_to_end(scene, walk, any)
+#endif
+
 #include "../wavefront.cl"
 
 #if MEGAKERNEL

@@ -2,13 +2,15 @@
  *
  * A quantised plane lies at corner + q step. Its distance is q (step / d) + (corner / d + offset), one fma a plane
  * (Ylitie et al. 2017, section 4.1); the rounding of the bracket is below 2^-15 of a step, and the host leaves 2^-12
- * of one, so boxes only ever grow. The origin is the interval of make_slabs (bvh.h). */
+ * of one, so boxes only ever grow. */
 #ifndef ISOPHOTE_STUDY_WIDE_H
 #define ISOPHOTE_STUDY_WIDE_H
 #include "../bvh.h"
 #include "wide_nodes.h"
 
-/* octant: bit per axis along which the direction is negative, where a box's high planes come first. */
+/* The distance of a plane is plane * inverse + offset in one rounding. The origin stands as an interval of a few
+ * roundings, which covers that of origin * inverse. octant: bit per axis along which the direction is negative, where a
+ * box's high planes come first. */
 typedef struct {
   real3 inverse, near_offset, far_offset;
   uint octant;
@@ -16,14 +18,11 @@ typedef struct {
 
 FN WideSlabs make_wide_slabs(LocalRay r) {
   WideSlabs w;
-  Slabs s = make_slabs(r);
-  int x = s.inverse.x < REAL(0.0), y = s.inverse.y < REAL(0.0), z = s.inverse.z < REAL(0.0);
-  w.octant = (x ? 1u : 0u) | (y ? 2u : 0u) | (z ? 4u : 0u);
-  w.inverse = s.inverse;
-  w.near_offset = make_real3(x ? s.high_offset.x : s.low_offset.x, y ? s.high_offset.y : s.low_offset.y,
-                             z ? s.high_offset.z : s.low_offset.z);
-  w.far_offset = make_real3(x ? s.low_offset.x : s.high_offset.x, y ? s.low_offset.y : s.high_offset.y,
-                            z ? s.low_offset.z : s.high_offset.z);
+  w.octant = (r.inverse.x < REAL(0.0) ? 1u : 0u) | (r.inverse.y < REAL(0.0) ? 2u : 0u) | (r.inverse.z < REAL(0.0) ? 4u : 0u);
+  real3 width = abs3(r.origin) * (REAL(4.0) * ROUNDING) * abs3(r.inverse), middle = (zero3() - r.origin) * r.inverse;
+  w.inverse = r.inverse;
+  w.near_offset = middle - width;
+  w.far_offset = middle + width;
   return w;
 }
 

@@ -38,8 +38,14 @@ def boxes(rng, count, size=0.1):
     return center - half, center + half
 
 
+def box_of(node, child):
+    """Low and high corner of a child's box, float32 as kernels reach them."""
+    center, half = (np.array([node[f"{name}_{axis}"][child] for axis in "xyz"]) for name in ("center", "half"))
+    return center - half, center + half
+
+
 def check(lo, hi, made, reference=None, base=(0, 0, 0)):
-    """Walks the tree: every item once, boxes around all that lies below, leaves that end, depth as told."""
+    """Walks the tree: every item once, in all the boxes on the way to it, leaves that end, depth as told."""
     nodes, order, last, root, depth = made
     lo, hi = (np.asarray(a, np.float32).reshape(-1, 3) for a in (lo, hi))
     assert sorted(order.tolist()) == list(range(len(lo)))
@@ -60,10 +66,9 @@ def check(lo, hi, made, reference=None, base=(0, 0, 0)):
             visited.add(ref)
             node = nodes[index - base[0]]
             for child in (0, 1):
-                child_low, child_high = (np.array([node[f"{side}_{axis}"][child] for axis in "xyz"])
-                                         for side in ("lo", "hi"))
-                assert (child_low >= low).all() and (child_high <= high).all()
-                stack.append((int(node["child"][child]), child_low, child_high, level + 1))
+                child_low, child_high = box_of(node, child)
+                stack.append((int(node["child"][child]), np.maximum(low, child_low), np.minimum(high, child_high),
+                              level + 1))
             continue
         if kind == N["REF_INSTANCE"]:
             items = np.flatnonzero(reference == ref)
@@ -165,7 +170,7 @@ def test_good_trees_are_better_than_bad_ones():
     """The surface area heuristic: far fewer box areas than a tree over a shuffled order would have."""
     lo, hi = boxes(np.random.default_rng(12), 4000, 0.02)
     nodes = build(lo, hi)[0]
-    size = [np.maximum(nodes[f"hi_{axis}"] - nodes[f"lo_{axis}"], 0) for axis in "xyz"]
+    size = [2 * nodes[f"half_{axis}"] for axis in "xyz"]
     area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
     whole = 2 * 3 * 2.0 ** 2
     assert area.sum() / whole < 40, "expected visits of a random line"
@@ -189,8 +194,7 @@ def leaves(made):
         ref, low, high = stack.pop()
         if ref >> 30 == N["REF_NODE"]:
             for child in (0, 1):
-                box = [np.array([nodes[ref][f"{side}_{axis}"][child] for axis in "xyz"]) for side in ("lo", "hi")]
-                stack.append((int(nodes[ref]["child"][child]), *box))
+                stack.append((int(nodes[ref]["child"][child]), *box_of(nodes[ref], child)))
         else:
             first = ref & 0x3FFFFFFF
             yield order[first:ends[np.searchsorted(ends, first)] + 1], low, high
