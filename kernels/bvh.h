@@ -134,7 +134,8 @@ FN Hit hit_spheres(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
   return best;
 }
 
-/* A ray on its way through the trees. */
+/* A ray on its way through the trees. Functions change it in place: to copy structs with vectors in them makes NVIDIA's
+ * compiler keep them in memory, which took 2.4 times as long. */
 typedef struct {
   Ray ray;
   Hit best;
@@ -144,89 +145,83 @@ typedef struct {
   int top;        /* of the stack */
 } Walk;
 
-FN Walk begin_walk(Scene s, Ray ray, uint *stack) {
-  Walk w;
-  w.ray = ray;
-  w.best = no_hit(ray.t_max);
-  w.space = make_local_ray(ray.origin, ray.direction);
-  w.instance = NONE;
-  w.ref = s.world[0].root;
-  w.top = 0;
-  stack[w.top++] = NONE;
-  return w;
-}
-
-FN Walk next_of_stack(Walk w, const uint *stack) {
-  w.ref = stack[--w.top];
-  return w;
+FN void begin_walk(Walk *w, uint *stack, Scene s, Ray ray) {
+  w->ray = ray;
+  w->best = no_hit(ray.t_max);
+  w->space = make_local_ray(ray.origin, ray.direction);
+  w->instance = NONE;
+  w->ref = s.world[0].root;
+  w->top = 0;
+  stack[w->top++] = NONE;
 }
 
 /* From a node to the nearer of its children that the ray meets; the other goes on the stack. */
-FN Walk pass_node(Scene s, Walk w, uint *stack) {
-  GLOBAL const Bvh2Node *n = &s.nodes[w.ref];
+FN void pass_node(Walk *w, uint *stack, Scene s) {
+  GLOBAL const Bvh2Node *n = &s.nodes[w->ref];
   float4 x = load_float4(n, 0), y = load_float4(n, 1), z = load_float4(n, 2), children = load_float4(n, 3);
-  real t_min = w.ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING), t_max = w.best.t * LIMIT_SLACK;
-  Span s0 = span_of_box(to_real(x.x), to_real(x.z), to_real(y.x), to_real(y.z), to_real(z.x), to_real(z.z), w.space,
+  real t_min = w->ray.t_min * (REAL(1.0) - REAL(16.0) * ROUNDING), t_max = w->best.t * LIMIT_SLACK;
+  Span s0 = span_of_box(to_real(x.x), to_real(x.z), to_real(y.x), to_real(y.z), to_real(z.x), to_real(z.z), w->space,
                         t_min, t_max);
-  Span s1 = span_of_box(to_real(x.y), to_real(x.w), to_real(y.y), to_real(y.w), to_real(z.y), to_real(z.w), w.space,
+  Span s1 = span_of_box(to_real(x.y), to_real(x.w), to_real(y.y), to_real(y.w), to_real(z.y), to_real(z.w), w->space,
                         t_min, t_max);
   uint child0 = bits_of_float(children.x), child1 = bits_of_float(children.y);
   int in0 = s0.enter <= s0.leave, in1 = s1.enter <= s1.leave;
   int second_first = in1 & (!in0 | (s1.enter < s0.enter));
-  w.ref = second_first ? child1 : child0;
-  if (in0 & in1) stack[w.top++] = second_first ? child0 : child1;
-  if (!(in0 | in1)) w = next_of_stack(w, stack);
-  return w;
+  w->ref = second_first ? child1 : child0;
+  if (in0 & in1) stack[w->top++] = second_first ? child0 : child1;
+  if (!(in0 | in1)) w->ref = stack[--w->top];
 }
 
 /* What a leaf holds: tests triangles and spheres, goes into an instance or back from it. */
-FN Walk pass_leaf(Scene s, Walk w, uint *stack, int any) {
-  uint kind = REF_KIND(w.ref), index = REF_INDEX(w.ref);
+FN void pass_leaf(Walk *w, uint *stack, Scene s, int any) {
+  uint kind = REF_KIND(w->ref), index = REF_INDEX(w->ref);
   if (kind == REF_TRIANGLES) {
-    w.best = hit_triangles(s, index, w.instance, w.space, w.ray, w.best);
+    w->best = hit_triangles(s, index, w->instance, w->space, w->ray, w->best);
   } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
-    w.best = hit_spheres(s, index, w.space, w.ray, w.best);
-  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && w.ref == REF_RETURN) {
-    w.instance = NONE;
-    w.space = make_local_ray(w.ray.origin, w.ray.direction);
-  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[index].visibility & w.ray.kind)) {
-    stack[w.top++] = REF_RETURN;
-    w.instance = index;
-    w.space = make_local_ray(transform_point(s.instances[index].to_object, w.ray.origin),
-                             transform_vector(s.instances[index].to_object, w.ray.direction));
-    w.ref = s.instances[index].root;
-    return w;
+    w->best = hit_spheres(s, index, w->space, w->ray, w->best);
+  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && w->ref == REF_RETURN) {
+    w->instance = NONE;
+    w->space = make_local_ray(w->ray.origin, w->ray.direction);
+  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[index].visibility & w->ray.kind)) {
+    stack[w->top++] = REF_RETURN;
+    w->instance = index;
+    w->space = make_local_ray(transform_point(s.instances[index].to_object, w->ray.origin),
+                              transform_vector(s.instances[index].to_object, w->ray.direction));
+    w->ref = s.instances[index].root;
+    return;
   }
-  w = next_of_stack(w, stack);
-  if (any && w.best.index != NONE) w.ref = NONE;
-  return w;
+  w->ref = stack[--w->top];
+  if (any && w->best.index != NONE) w->ref = NONE;
 }
 
 /* Lanes of a GPU that run together do each instruction for all of them or leave some idle. So all first go down to
  * a leaf each, then all test their triangles (Aila and Laine 2009, "Understanding the Efficiency of Ray Traversal on
- * GPUs", while-while). When only few are still on their way down, those that wait come first: at FEW_LANES three
- * quarters of a warp wait. Two nodes are passed for each such look. */
+ * GPUs", while-while). When only few are still on their way down, those that wait come first. Two nodes are passed
+ * for each such look. */
 #define FEW_LANES 12u
 
 /* Goes on until the walk is over, or until fewer than `company` lanes that run together are still walking: it may be
  * worth to give the others new rays. With any != 0 the first hit that is found will do: there is one. */
-FN Walk go_on(Scene s, Walk w, uint *stack, int any, uint company) {
-  while (w.ref != NONE) {
-    while (REF_KIND(w.ref) == REF_NODE) {
-      w = pass_node(s, w, stack);
-      if (REF_KIND(w.ref) == REF_NODE) w = pass_node(s, w, stack);
+FN void go_on(Walk *w, uint *stack, Scene s, int any, uint company) {
+  while (w->ref != NONE) {
+    while (REF_KIND(w->ref) == REF_NODE) {
+      pass_node(w, stack, s);
+      if (REF_KIND(w->ref) != REF_NODE) break;
+      pass_node(w, stack, s);
       if (lanes_together() < FEW_LANES) break;
     }
-    if (REF_KIND(w.ref) != REF_NODE && w.ref != NONE) w = pass_leaf(s, w, stack, any);
+    if (REF_KIND(w->ref) != REF_NODE && w->ref != NONE) pass_leaf(w, stack, s, any);
     if (lanes_together() < company) break;
   }
-  return w;
 }
 
 /* The closest hit along the ray, or with any != 0 some hit where there is one. */
 FN Hit trace(Scene s, Ray ray, int any) {
   uint stack[STACK_SIZE];
-  return go_on(s, begin_walk(s, ray, stack), stack, any, 0u).best;
+  Walk w;
+  begin_walk(&w, stack, s, ray);
+  go_on(&w, stack, s, any, 0u);
+  return w.best;
 }
 
 #endif

@@ -133,9 +133,9 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   for (uint k = share.first + uint_of(get_local_id(0)); k < share.end;) {
     if (w.ref == NONE) {
       i = queue[k];
-      w = begin_walk(s, path_ray(load_path(reals, uints, stride, i)), stack);
+      begin_walk(&w, stack, s, path_ray(load_path(reals, uints, stride, i)));
     }
-    w = go_on(s, w, stack, 0, next < share.end ? COMPANY : 0u);
+    go_on(&w, stack, s, 0, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {
       store_hit(hit_reals, hit_uints, stride, i, w.best);
       k = atomic_inc(&next);
@@ -303,9 +303,9 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
         k = atomic_inc(&next);
         continue;
       }
-      w = begin_walk(s, c.ray, stack);
+      begin_walk(&w, stack, s, c.ray);
     }
-    w = go_on(s, w, stack, 1, next < share.end ? COMPANY : 0u);
+    go_on(&w, stack, s, 1, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {
       if (w.best.index == NONE) add_result(results, stride, i, c.light);
       k = atomic_inc(&next);

@@ -35,12 +35,11 @@
 
 #if TRAVERSAL != TRAVERSAL_SHIPPING
 /* In place of the shipping walk: all of it at once. */
-FN Walk walk_to_end(Scene s, Walk w, int any) {
-  w.best = trace(s, w.ray, any);
-  w.ref = NONE;
-  return w;
+FN void walk_to_end(Walk *w, Scene s, int any) {
+  w->best = trace(s, w->ray, any);
+  w->ref = NONE;
 }
-#define go_on(scene, walk, stack, any, company) walk_to_end(scene, walk, any)
+#define go_on(walk, stack, scene, any, company) walk_to_end(walk, scene, any)
 #endif
 
 #include "../wavefront.cl"
