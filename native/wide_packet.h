@@ -157,7 +157,12 @@ FN bool enters_child(const Packet &p, const WideNode &n, uint k) {
   return any_of(enter <= leave * ENTER_SLACK);
 }
 
-/* Whether any ray may hit the triangle no farther than it has hit something: triangle_hit's arithmetic. */
+/* What may_hit looks at: a walk comes near what it tests, so distances rarely tell more there. */
+enum Test { EDGES, EDGES_AND_DISTANCE };
+
+/* Whether the line of any ray may pass the triangle, and if asked no farther than the ray has hit something:
+ * triangle_hit's arithmetic. */
+template <Test TEST>
 FN bool may_hit(const Packet &p, const TriangleBlock &b, uint k) {
   STRICT_FP
   int z = p.axis, x = z == 2 ? 0 : z + 1, y = z == 0 ? 2 : z - 1;
@@ -170,17 +175,40 @@ FN bool may_hit(const Packet &p, const TriangleBlock &b, uint k) {
   Float16 u = px[2] * py[1] - py[2] * px[1], v = px[0] * py[2] - py[0] * px[2], w = px[1] * py[0] - py[1] * px[0];
   Float16 zero{};
   Int16 negative = (u < zero) | (v < zero) | (w < zero), positive = (u > zero) | (v > zero) | (w > zero);
+  Int16 hit = ~(negative & positive);
+  if constexpr (TEST == EDGES) return any_of(hit);
   Float16 det = u + v + w, scale = p.scale.all;
   Float16 t = (u * (scale * pz[0]) + v * (scale * pz[1]) + w * (scale * pz[2])) * (1.0f / det);
-  return any_of(~(negative & positive) & (t >= p.t_min.all) & (t <= p.t.all));
+  return any_of(hit & (t >= p.t_min.all) & (t <= p.t.all));
+}
+
+FN Hit hit_of(const Packet &p, uint k) {
+  Hit h;
+  h.t = p.t.at[k];
+  h.u = p.u.at[k];
+  h.v = p.v.at[k];
+  h.instance = p.instance[k];
+  h.primitive = p.primitive[k];
+  h.index = p.index[k];
+  return h;
+}
+
+FN void set_hit(Packet &p, uint k, Hit h) {
+  p.t.at[k] = h.t;
+  p.u.at[k] = h.u;
+  p.v.at[k] = h.v;
+  p.instance[k] = h.instance;
+  p.primitive[k] = h.primitive;
+  p.index[k] = h.index;
 }
 
 /* Whether a triangle of the block may have become some ray's closest. */
+template <Test TEST>
 static bool hit_block(Packet &p, const TriangleBlock &b) {
   uint count = b.count & ~LAST_IN_LEAF;
   bool closer = false;
   for (uint k = 0; k < count; k++) {
-    if (!may_hit(p, b, k)) continue;
+    if (!may_hit<TEST>(p, b, k)) continue;
     real3 v0 = corner_of(b, 0, k), v1 = corner_of(b, 1, k), v2 = corner_of(b, 2, k);
     uint instance = b.instance[k], primitive = b.primitive[k], index = b.first + k, kinds = b.visibility[k];
 #pragma omp simd
@@ -199,20 +227,7 @@ static bool hit_block(Packet &p, const TriangleBlock &b) {
       ray.after_primitive = p.after_primitive[i];
       ray.skip_instance = p.skip_instance[i];
       ray.skip_primitive = p.skip_primitive[i];
-      Hit best;
-      best.t = p.t.at[i];
-      best.u = p.u.at[i];
-      best.v = p.v.at[i];
-      best.instance = p.instance[i];
-      best.primitive = p.primitive[i];
-      best.index = p.index[i];
-      best = keep_closer(best, h, instance, primitive, index, ray);
-      p.t.at[i] = best.t;
-      p.u.at[i] = best.u;
-      p.v.at[i] = best.v;
-      p.instance[i] = best.instance;
-      p.primitive[i] = best.primitive;
-      p.index[i] = best.index;
+      set_hit(p, i, keep_closer(hit_of(p, i), h, instance, primitive, index, ray));
     }
     closer = true;
   }
@@ -240,7 +255,7 @@ static void walk_packet(Packet &p, const WideTree &tree) {
       }
     } else {
       for (uint at = REF_INDEX(ref);; at++) {
-        if (hit_block(p, tree.blocks[at])) p.limit = bounds_of(p.t).high * LIMIT_SLACK;
+        if (hit_block<EDGES>(p, tree.blocks[at])) p.limit = bounds_of(p.t).high * LIMIT_SLACK;
         if (tree.blocks[at].count & LAST_IN_LEAF) break;
       }
     }
@@ -249,17 +264,6 @@ static void walk_packet(Packet &p, const WideTree &tree) {
       ref = refs[--top];
     } while (enters[top] > p.limit);
   }
-}
-
-FN Hit hit_of(const Packet &p, uint k) {
-  Hit h;
-  h.t = p.t.at[k];
-  h.u = p.u.at[k];
-  h.v = p.v.at[k];
-  h.instance = p.instance[k];
-  h.primitive = p.primitive[k];
-  h.index = p.index[k];
-  return h;
 }
 
 /* As trace_wide for closest hits, where neighbours among the rays go much the same way, in trees of triangles of the
