@@ -12,35 +12,6 @@ namespace ISOPHOTE_VARIANT {
 
 constexpr uint PACKET = 16;
 
-typedef float Float16 __attribute__((vector_size(64)));
-typedef int Int16 __attribute__((vector_size(64)));
-
-FN bool any_of(Int16 mask) {
-#if defined(__AVX512DQ__)
-  return _mm512_movepi32_mask(__m512i(mask)) != 0;
-#else
-  return (bits_of(__builtin_shufflevector(mask, mask, 0, 1, 2, 3, 4, 5, 6, 7)) |
-          bits_of(__builtin_shufflevector(mask, mask, 8, 9, 10, 11, 12, 13, 14, 15))) != 0;
-#endif
-}
-
-FN Float16 splat16(float x) { return Float16{x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x}; }
-FN Float16 larger(Float16 a, Float16 b) { return a > b ? a : b; }
-FN Float16 smaller(Float16 a, Float16 b) { return a < b ? a : b; }
-FN Float16 multiply_add(Float16 a, Float16 b, Float16 c) {
-#if defined(__AVX512F__)
-  return Float16(_mm512_fmadd_ps(__m512(a), __m512(b), __m512(c)));
-#elif defined(__FMA__)
-  Float16 r;
-  auto *x = reinterpret_cast<__m256 *>(&a), *y = reinterpret_cast<__m256 *>(&b), *z = reinterpret_cast<__m256 *>(&c);
-  auto *to = reinterpret_cast<__m256 *>(&r);
-  for (int k = 0; k < 2; k++) to[k] = _mm256_fmadd_ps(x[k], y[k], z[k]);
-  return r;
-#else
-  return a * b + c;
-#endif
-}
-
 /* Sixteen rays, value by value, and their bounds. */
 struct alignas(64) Packet {
   union Column {
@@ -51,7 +22,7 @@ struct alignas(64) Packet {
   Column shear_x, shear_y, scale, t_min, box_t_min, t, u, v;
   float low_inverse[3], high_inverse[3]; /* over the rays */
   float near_origin[3], far_origin[3];   /* of the origins those that make near planes nearest, far ones farthest */
-  uint32_t near_row[3];
+  int near_row[3]; /* as in Lane */
   float first, limit; /* least t_min, largest t: widened */
   int axis;           /* the largest of the direction, the same in all */
   uint instance[PACKET], primitive[PACKET], index[PACKET];
@@ -113,13 +84,10 @@ static int start_packet(Packet &p) {
 static bool prepare_packet(Packet &p) {
   int apart = start_packet(p);
   for (int a = 0; a < 3; a++) {
-#pragma omp simd
-    for (uint k = 0; k < PACKET; k++) {
-      Slab slab = make_slab(p.origin[a].at[k], p.direction[a].at[k]);
-      p.inverse[a].at[k] = slab.inverse;
-      p.near_offset[a].at[k] = slab.near_offset;
-      p.far_offset[a].at[k] = slab.far_offset;
-    }
+    Slab<Float16> slab = make_slab(p.origin[a].all, p.direction[a].all);
+    p.inverse[a].all = slab.inverse;
+    p.near_offset[a].all = slab.near_offset;
+    p.far_offset[a].all = slab.far_offset;
     Bounds inverse = bounds_of(p.inverse[a]), origin = bounds_of(p.origin[a]);
     bool back = inverse.low < 0.0f;
     apart |= back & (inverse.high > 0.0f);
@@ -127,7 +95,7 @@ static bool prepare_packet(Packet &p) {
     p.high_inverse[a] = inverse.high;
     p.near_origin[a] = back ? origin.low : origin.high;
     p.far_origin[a] = back ? origin.high : origin.low;
-    p.near_row[a] = near_row(a, back);
+    p.near_row[a] = (2 * a + back) * ROW;
   }
   p.first = bounds_of(p.box_t_min).low;
   p.limit = bounds_of(p.t).high * LIMIT_SLACK;
