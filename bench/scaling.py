@@ -1,6 +1,6 @@
 """Samples a second with 1, 2, 4, ... threads, beside as many processes that share nothing.
 
-    python -m bench.scaling SCENE.npz ... [--threads 1,2,16] [--rounds 3] [--seconds 0.4] [--side 320]
+    python -m bench.scaling SCENE.npz ... [--threads 1,2,16] [--rounds 3] [--seconds 0.4] [--side 288]
 
 For each number of threads n: one process renders the middle of the picture with n threads (`ours`), and n processes,
 each with one thread that stays on a processor of its own, render the same at the same time (`control`, their rates
@@ -169,7 +169,7 @@ def main() -> None:
                         default=doublings(len(cpus)), help="numbers with commas; one thread is always measured")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=0.4, help="of each measurement, at least")
-    parser.add_argument("--side", type=int, default=320, help="of the square that is rendered, pixels")
+    parser.add_argument("--side", type=int, default=288, help="of the square that is rendered, pixels")
     parser.add_argument("--bounces", type=int, default=8, help="limit of every kind")
     options = parser.parse_args()
     if not 1 <= options.threads[0] <= options.threads[-1] <= len(cpus):
