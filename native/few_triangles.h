@@ -33,7 +33,7 @@ static void trace_few(const WideTree &tree, Source &source, uint count) {
         uint n = listed[axis] - from < PACKET ? listed[axis] - from : PACKET;
         load_packet(p, Listed{source, numbers[axis]}, from, n);
         start_packet(p);
-        for (const TriangleBlock &b : tree.blocks) hit_block(p, b);
+        for (const TriangleBlock &b : tree.blocks) hit_block<EDGES_AND_DISTANCE>(p, b);
         for (uint k = 0; k < n; k++) source.store(numbers[axis][from + k], hit_of(p, k));
       }
     }

@@ -12,35 +12,6 @@ namespace ISOPHOTE_VARIANT {
 
 constexpr uint PACKET = 16;
 
-typedef float Float16 __attribute__((vector_size(64)));
-typedef int Int16 __attribute__((vector_size(64)));
-
-FN bool any_of(Int16 mask) {
-#if defined(__AVX512DQ__)
-  return _mm512_movepi32_mask(__m512i(mask)) != 0;
-#else
-  return (bits_of(__builtin_shufflevector(mask, mask, 0, 1, 2, 3, 4, 5, 6, 7)) |
-          bits_of(__builtin_shufflevector(mask, mask, 8, 9, 10, 11, 12, 13, 14, 15))) != 0;
-#endif
-}
-
-FN Float16 splat16(float x) { return Float16{x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x}; }
-FN Float16 larger(Float16 a, Float16 b) { return a > b ? a : b; }
-FN Float16 smaller(Float16 a, Float16 b) { return a < b ? a : b; }
-FN Float16 multiply_add(Float16 a, Float16 b, Float16 c) {
-#if defined(__AVX512F__)
-  return Float16(_mm512_fmadd_ps(__m512(a), __m512(b), __m512(c)));
-#elif defined(__FMA__)
-  Float16 r;
-  auto *x = reinterpret_cast<__m256 *>(&a), *y = reinterpret_cast<__m256 *>(&b), *z = reinterpret_cast<__m256 *>(&c);
-  auto *to = reinterpret_cast<__m256 *>(&r);
-  for (int k = 0; k < 2; k++) to[k] = _mm256_fmadd_ps(x[k], y[k], z[k]);
-  return r;
-#else
-  return a * b + c;
-#endif
-}
-
 /* Sixteen rays, value by value, and their bounds. */
 struct alignas(64) Packet {
   union Column {
@@ -51,7 +22,7 @@ struct alignas(64) Packet {
   Column shear_x, shear_y, scale, t_min, box_t_min, t, u, v;
   float low_inverse[3], high_inverse[3]; /* over the rays */
   float near_origin[3], far_origin[3];   /* of the origins those that make near planes nearest, far ones farthest */
-  uint32_t near_row[3];
+  int near_row[3]; /* as in Lane */
   float first, limit; /* least t_min, largest t: widened */
   int axis;           /* the largest of the direction, the same in all */
   uint instance[PACKET], primitive[PACKET], index[PACKET];
@@ -113,13 +84,10 @@ static int start_packet(Packet &p) {
 static bool prepare_packet(Packet &p) {
   int apart = start_packet(p);
   for (int a = 0; a < 3; a++) {
-#pragma omp simd
-    for (uint k = 0; k < PACKET; k++) {
-      Slab slab = make_slab(p.origin[a].at[k], p.direction[a].at[k]);
-      p.inverse[a].at[k] = slab.inverse;
-      p.near_offset[a].at[k] = slab.near_offset;
-      p.far_offset[a].at[k] = slab.far_offset;
-    }
+    Slab<Float16> slab = make_slab(p.origin[a].all, p.direction[a].all);
+    p.inverse[a].all = slab.inverse;
+    p.near_offset[a].all = slab.near_offset;
+    p.far_offset[a].all = slab.far_offset;
     Bounds inverse = bounds_of(p.inverse[a]), origin = bounds_of(p.origin[a]);
     bool back = inverse.low < 0.0f;
     apart |= back & (inverse.high > 0.0f);
@@ -127,7 +95,7 @@ static bool prepare_packet(Packet &p) {
     p.high_inverse[a] = inverse.high;
     p.near_origin[a] = back ? origin.low : origin.high;
     p.far_origin[a] = back ? origin.high : origin.low;
-    p.near_row[a] = near_row(a, back);
+    p.near_row[a] = (2 * a + back) * ROW;
   }
   p.first = bounds_of(p.box_t_min).low;
   p.limit = bounds_of(p.t).high * LIMIT_SLACK;
@@ -157,7 +125,12 @@ FN bool enters_child(const Packet &p, const WideNode &n, uint k) {
   return any_of(enter <= leave * ENTER_SLACK);
 }
 
-/* Whether any ray may hit the triangle no farther than it has hit something: triangle_hit's arithmetic. */
+/* What may_hit looks at: a walk comes near what it tests, so distances rarely tell more there. */
+enum Test { EDGES, EDGES_AND_DISTANCE };
+
+/* Whether the line of any ray may pass the triangle, and if asked no farther than the ray has hit something:
+ * triangle_hit's arithmetic. */
+template <Test TEST>
 FN bool may_hit(const Packet &p, const TriangleBlock &b, uint k) {
   STRICT_FP
   int z = p.axis, x = z == 2 ? 0 : z + 1, y = z == 0 ? 2 : z - 1;
@@ -170,17 +143,40 @@ FN bool may_hit(const Packet &p, const TriangleBlock &b, uint k) {
   Float16 u = px[2] * py[1] - py[2] * px[1], v = px[0] * py[2] - py[0] * px[2], w = px[1] * py[0] - py[1] * px[0];
   Float16 zero{};
   Int16 negative = (u < zero) | (v < zero) | (w < zero), positive = (u > zero) | (v > zero) | (w > zero);
+  Int16 hit = ~(negative & positive);
+  if constexpr (TEST == EDGES) return any_of(hit);
   Float16 det = u + v + w, scale = p.scale.all;
   Float16 t = (u * (scale * pz[0]) + v * (scale * pz[1]) + w * (scale * pz[2])) * (1.0f / det);
-  return any_of(~(negative & positive) & (t >= p.t_min.all) & (t <= p.t.all));
+  return any_of(hit & (t >= p.t_min.all) & (t <= p.t.all));
+}
+
+FN Hit hit_of(const Packet &p, uint k) {
+  Hit h;
+  h.t = p.t.at[k];
+  h.u = p.u.at[k];
+  h.v = p.v.at[k];
+  h.instance = p.instance[k];
+  h.primitive = p.primitive[k];
+  h.index = p.index[k];
+  return h;
+}
+
+FN void set_hit(Packet &p, uint k, Hit h) {
+  p.t.at[k] = h.t;
+  p.u.at[k] = h.u;
+  p.v.at[k] = h.v;
+  p.instance[k] = h.instance;
+  p.primitive[k] = h.primitive;
+  p.index[k] = h.index;
 }
 
 /* Whether a triangle of the block may have become some ray's closest. */
+template <Test TEST>
 static bool hit_block(Packet &p, const TriangleBlock &b) {
   uint count = b.count & ~LAST_IN_LEAF;
   bool closer = false;
   for (uint k = 0; k < count; k++) {
-    if (!may_hit(p, b, k)) continue;
+    if (!may_hit<TEST>(p, b, k)) continue;
     real3 v0 = corner_of(b, 0, k), v1 = corner_of(b, 1, k), v2 = corner_of(b, 2, k);
     uint instance = b.instance[k], primitive = b.primitive[k], index = b.first + k, kinds = b.visibility[k];
 #pragma omp simd
@@ -199,20 +195,7 @@ static bool hit_block(Packet &p, const TriangleBlock &b) {
       ray.after_primitive = p.after_primitive[i];
       ray.skip_instance = p.skip_instance[i];
       ray.skip_primitive = p.skip_primitive[i];
-      Hit best;
-      best.t = p.t.at[i];
-      best.u = p.u.at[i];
-      best.v = p.v.at[i];
-      best.instance = p.instance[i];
-      best.primitive = p.primitive[i];
-      best.index = p.index[i];
-      best = keep_closer(best, h, instance, primitive, index, ray);
-      p.t.at[i] = best.t;
-      p.u.at[i] = best.u;
-      p.v.at[i] = best.v;
-      p.instance[i] = best.instance;
-      p.primitive[i] = best.primitive;
-      p.index[i] = best.index;
+      set_hit(p, i, keep_closer(hit_of(p, i), h, instance, primitive, index, ray));
     }
     closer = true;
   }
@@ -240,7 +223,7 @@ static void walk_packet(Packet &p, const WideTree &tree) {
       }
     } else {
       for (uint at = REF_INDEX(ref);; at++) {
-        if (hit_block(p, tree.blocks[at])) p.limit = bounds_of(p.t).high * LIMIT_SLACK;
+        if (hit_block<EDGES>(p, tree.blocks[at])) p.limit = bounds_of(p.t).high * LIMIT_SLACK;
         if (tree.blocks[at].count & LAST_IN_LEAF) break;
       }
     }
@@ -249,17 +232,6 @@ static void walk_packet(Packet &p, const WideTree &tree) {
       ref = refs[--top];
     } while (enters[top] > p.limit);
   }
-}
-
-FN Hit hit_of(const Packet &p, uint k) {
-  Hit h;
-  h.t = p.t.at[k];
-  h.u = p.u.at[k];
-  h.v = p.v.at[k];
-  h.instance = p.instance[k];
-  h.primitive = p.primitive[k];
-  h.index = p.index[k];
-  return h;
 }
 
 /* As trace_wide for closest hits, where neighbours among the rays go much the same way, in trees of triangles of the

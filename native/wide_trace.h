@@ -24,11 +24,46 @@ constexpr uint REF_DONE = NONE; /* at the bottom of each stack */
  * fused multiply-add), and comparing allows for 8 more roundings of the distances themselves. */
 constexpr float OFFSET_SLACK = 4.0f * ROUNDING, ENTER_SLACK = 1.0f + 16.0f * ROUNDING;
 
+/* Of the planes across an axis: of several rays, or of several axes of one ray. */
+template <typename Floats>
+struct Slab {
+  Floats inverse, near_offset, far_offset;
+};
+
+template <typename Floats>
+FN Slab<Floats> make_slab(Floats origin, Floats direction) {
+  /* So small that the ray does not leave a slab by it, so large that origin * inverse stays finite. */
+  Floats zero{}, least = zero + 1e-30f, tiny = larger(least, absolute(origin) * 1e-36f);
+  Slab<Floats> s;
+  s.inverse = 1.0f / (absolute(direction) < tiny ? (direction < zero ? -tiny : tiny) : direction);
+  Floats offset = -origin * s.inverse, slack = absolute(offset) * OFFSET_SLACK;
+  s.near_offset = offset - slack;
+  s.far_offset = offset + slack;
+  return s;
+}
+
+/* make_shear for a direction x, y, z, 0: with one division, and without branches, which nobody could foretell. */
+FN Shear make_shear_at_once(Float4 direction) {
+  STRICT_FP
+  Float4 a = absolute(direction);
+  unsigned outcome = bits_of(Int4(__builtin_shufflevector(a, a, 0, 0, 1, 3) > __builtin_shufflevector(a, a, 1, 2, 2, 3)));
+  constexpr int LARGEST = 0x192a; /* axis for each outcome of x > y, x > z, y > z, as in largest_axis */
+  constexpr Int4 PERMUTED[3] = {{1, 2, 0, 3}, {2, 0, 1, 3}, {0, 1, 2, 3}};
+  Shear s;
+  s.axis = LARGEST >> (2 * outcome) & 3;
+  Float4 d = pick(direction, PERMUTED[s.axis]), ones = splat4(1.0f);
+  Float4 quotient = __builtin_shufflevector(d, ones, 0, 1, 4, 5) / splat4(d[2]);
+  s.shear_x = quotient[0];
+  s.shear_y = quotient[1];
+  s.scale = quotient[2];
+  return s;
+}
+
 /* A ray on its way through the tree. */
 struct alignas(64) Lane {
-  float inverse[3], near_offset[3], far_offset[3];
+  Slab<Float4> slab;    /* of the axes x, y, z */
+  Int4 near_row;        /* bytes in WideNode::bounds to the planes met first; the far ones are beside them */
   float t_min, limit;   /* of box tests, widened */
-  uint32_t near_row[3]; /* bytes in WideNode::bounds to the planes met first; the far ones are beside them */
   uint32_t top;         /* of the stack: its last entry is where the ray is */
   uint number;
   LocalRay local; /* in the space of the tree that is being walked */
@@ -41,42 +76,16 @@ struct alignas(64) Lane {
   float enters[STACK + WIDTH]; /* distances at which the entries are entered */
 };
 
-constexpr uint32_t ROW = sizeof(float[WIDTH]);
-
-/* Of the planes across one axis. */
-struct Slab {
-  float inverse, near_offset, far_offset;
-};
-
-FN Slab make_slab(float origin, float direction) {
-  /* So small that the ray does not leave a slab by it, so large that origin * inverse stays finite. */
-  float tiny = max_real(1e-30f, fabs(origin) * 1e-36f);
-  Slab s;
-  s.inverse = 1.0f / (fabs(direction) < tiny ? (direction < 0.0f ? -tiny : tiny) : direction);
-  float offset = -origin * s.inverse, slack = fabs(offset) * OFFSET_SLACK;
-  s.near_offset = offset - slack;
-  s.far_offset = offset + slack;
-  return s;
-}
-
-FN uint32_t near_row(int axis, bool back) { return uint32_t(2 * axis + back) * ROW; }
-
-FN void set_axis(Lane &l, int axis, float origin, float direction) {
-  Slab s = make_slab(origin, direction);
-  l.inverse[axis] = s.inverse;
-  l.near_offset[axis] = s.near_offset;
-  l.far_offset[axis] = s.far_offset;
-  l.near_row[axis] = near_row(axis, direction < 0.0f);
-}
+constexpr int ROW = sizeof(float[WIDTH]);
 
 FN void enter_space(Lane &l, real3 origin, real3 direction, uint instance) {
+  Float4 from{origin.x, origin.y, origin.z, 0.0f}, toward{direction.x, direction.y, direction.z, 0.0f};
   l.local.origin = origin;
   l.local.direction = direction;
-  l.local.shear = make_shear(direction);
+  l.local.shear = make_shear_at_once(toward);
   l.instance = instance;
-  set_axis(l, 0, origin.x, direction.x);
-  set_axis(l, 1, origin.y, direction.y);
-  set_axis(l, 2, origin.z, direction.z);
+  l.slab = make_slab(from, toward);
+  l.near_row = Int4{0, 2, 4, 0} * ROW + ((toward < Float4{}) & ROW);
 }
 
 FN void push(Lane &l, uint32_t ref) {
@@ -96,7 +105,7 @@ FN void start(Lane &l, const WideTree &tree, uint number, const Ray &ray) {
   if (tree.root != NONE) push(l, tree.root);
 }
 
-FN Float8 row(const WideNode &n, uint32_t bytes) {
+FN Float8 row(const WideNode &n, int bytes) {
   return *reinterpret_cast<const Float8 *>(reinterpret_cast<const char *>(n.bounds) + bytes);
 }
 
@@ -111,10 +120,10 @@ FN uint order_children(Int8 entered, Float8 enter, Int8 *keys) {
 FN void step_node(Lane &l, const WideTree &tree) {
   const WideNode &n = tree.nodes[l.refs[l.top - 1]];
   Float8 enter = splat8(l.t_min), leave = splat8(l.limit);
-  for (uint32_t axis = 0; axis < 3; axis++) {
-    uint32_t near = l.near_row[axis], far = near ^ ROW;
-    enter = larger(multiply_add(row(n, near), splat8(l.inverse[axis]), splat8(l.near_offset[axis])), enter);
-    leave = smaller(multiply_add(row(n, far), splat8(l.inverse[axis]), splat8(l.far_offset[axis])), leave);
+  for (int axis = 0; axis < 3; axis++) {
+    int near = l.near_row[axis], far = near ^ ROW;
+    enter = larger(multiply_add(row(n, near), splat8(l.slab.inverse[axis]), splat8(l.slab.near_offset[axis])), enter);
+    leave = smaller(multiply_add(row(n, far), splat8(l.slab.inverse[axis]), splat8(l.slab.far_offset[axis])), leave);
   }
   Int8 key;
   uint count = order_children(enter <= leave * ENTER_SLACK, enter, &key);

@@ -10,6 +10,7 @@ from bench import report
 from bench.catalogue import BENCHES, FOLDER, SCENES, Bench
 from bench.common import in_turn, machine, medians, versions
 from bench.compile import kernel_names, only_kernel
+from bench.scaling import cores_first, doublings, middle
 from isophote.opencl import kernel_source
 
 ROWS = [{"scene": "box", "device": "openmp", "speed": 1.234, "deep": {"er": 2}, "ok": True},
@@ -33,6 +34,13 @@ def test_works_are_done_in_turn():
 def test_the_machine_and_versions_are_said():
     assert {"processor", "threads", "memory_gib", "opencl"} <= set(machine())
     assert "numpy" in versions() and "native module" in versions()
+
+
+def test_threads_take_a_processor_of_each_core_before_the_second_of_any():
+    assert cores_first([0, 1, 2, 3], lambda cpu: f"{cpu // 2}") == [0, 2, 1, 3]
+    assert cores_first([1, 4, 5], lambda cpu: "") == [1, 4, 5]
+    assert doublings(1) == [1] and doublings(16) == [1, 2, 4, 8, 16] and doublings(6) == [1, 2, 4, 6]
+    assert middle((720, 720), 320) == (200, 200, 520, 520) and middle((100, 50), 64) == (18, 0, 82, 50)
 
 
 @pytest.mark.parametrize(("value", "text"), [
