@@ -7,7 +7,7 @@
 Each row of JSON is the median of one Blender, scene and kind of change between frames: "first" of first
 frames, "next" of those that follow. `blender` is what Blender does before it asks the engine (its
 dependency graph), and no part of `total`; the other stages add up to it (bench/export_worker.py names
-the functions). flat, smooth and shared are one mesh of that many triangles (shared: with two users),
+the functions). `meshes` is Blender's part of it: until it has handed out every object's mesh. flat, smooth and shared are one mesh of that many triangles (shared: with two users),
 cube is Blender's own scene; monkeys comes from ../shared/scenes. Of the picture's time one sample a pixel counts.
 """
 

@@ -116,13 +116,17 @@ def test_frames_have_the_bits_of_stills_and_what_is_kept_goes(host):
     found, log = host.scenario("animation")
     for frame in range(1, 5):
         still = rgba(host.folder / f"still_{frame:04d}.exr")
-        for name in ("usual", "persistent", "again", "off"):
+        for name in ("usual", "persistent", "again", "off", "opencl", "opencl_persistent"):
             assert np.array_equal(rgba(host.folder / f"{name}_{frame:04d}.exr"), still), (name, frame)
     assert found["usual"] == {"made": ["built", "kept", "kept", "refitted"], "left": 0}, log
     assert found["persistent"] == {"made": ["built", "kept", "kept", "refitted"], "left": 1}
     assert found["again"] == {"made": ["refitted", "kept", "kept", "refitted"], "left": 1}
     assert found["still"] == ["built"] * 4
     assert (found["off"], found["after"], found["loaded"]) == (0, 1, 0)
+    made = ["built", "kept", "kept", "refitted"]
+    assert found["opencl"] == {"made": made, "left": 0, "opened": 1, "devices": 0}
+    assert found["opencl_persistent"] == {"made": made, "left": 1, "opened": 2, "devices": 1}
+    assert found["opencl_after"] == {"opened": 2, "devices": 1} and found["devices_after"] == 0
 
 
 def test_metadata_says_how_it_was_made(host):

@@ -11,6 +11,7 @@ from common import FOLDER, exr_output, render_to, report, small_scene  # noqa: E
 from isophote_addon import kept  # noqa: E402
 
 import isophote.prepare  # noqa: E402
+from isophote.opencl import OpenCLDevice  # noqa: E402
 
 scene = small_scene()
 exr_output(scene)
@@ -50,9 +51,25 @@ for frame in range(1, 5):
     scene.frame_set(frame)
     render_to(scene, f"still_{frame:04d}.exr")
 found["still"] = made[-4:]
-scene.render.use_persistent_data = True
+opened, inner_init = [], OpenCLDevice.__init__
+
+
+def counting(self, *arguments):
+    opened.append(self)
+    inner_init(self, *arguments)
+
+
+OpenCLDevice.__init__ = counting
+scene.isophote.device, scene.isophote.wait_for_kernels = "opencl", True
+found["opencl"] = animation("opencl_", False) | {"opened": len(opened), "devices": len(kept._devices)}
+found["opencl_persistent"] = animation("opencl_persistent_", True) | {"opened": len(opened),
+                                                                      "devices": len(kept._devices)}
+render_to(scene, "once_more.exr")
+scene.isophote.device = "openmp"
+found["opencl_after"] = {"opened": len(opened), "devices": len(kept._devices)}
 render_to(scene, "last.exr")
 found["after"] = len(kept._geometries)
+found["devices_after"] = len(kept._devices)
 bpy.ops.wm.read_homefile(use_factory_startup=True, app_template="")
 found["loaded"] = len(kept._geometries)
 report(**found)
