@@ -101,6 +101,18 @@ def test_render_without_camera_fails_visibly(host):
         assert colours.tolist() == [[0, 0, 0, 1], [1, 0, 1, 1]], "a chequer that nobody takes for a picture"
 
 
+@pytest.mark.parametrize("job", [["-f", "1"], ["-s", "1", "-e", "2", "-a"]], ids=["still", "animation"])
+@pytest.mark.parametrize(("output", "said"), [("frame_##", "no camera in scene 'Scene'"),
+                                              ("/proc/no/frame_##", "cannot save")], ids=["camera", "output"])
+def test_errors_end_the_program_with_1(host, job, output, said):
+    """As Blender does where a render reports an error or cannot be saved; an animation stops at the frame."""
+    camera = [] if "proc" in output else ["--python", str(TURNING_CUBE.with_name("cube_for_camera.py"))]
+    done = host.run(*camera, "-E", "ISOPHOTE", "-o", str(host.folder / output), "-F", "PNG", *job, "--",
+                    str(host.folder))
+    assert done.returncode == 1 and said in done.stdout, done.stdout
+    assert len(list(host.folder.glob("frame_*.png"))) <= 1
+
+
 def test_animation_from_the_command_line(host):
     done = host.run("--python", str(TURNING_CUBE), "-E", "ISOPHOTE", "-o", str(host.folder / "frame_##"), "-F", "PNG",
                     "-s", "1", "-e", "2", "-a", "--", str(host.folder))
