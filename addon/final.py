@@ -58,6 +58,8 @@ def render(engine, depsgraph) -> None:
 
 def render_layer(engine, depsgraph) -> None:
     """Render the depsgraph's view layer into the engine's result. Raises one of EXPECTED, or Cancelled."""
+    # It goes on only after a render that saw all that Blender told, and if there is room for what it holds.
+    changes, engine.changes = engine.changes or Changes(), None
     problem = native.problem()
     if problem:
         raise DeviceError(problem)
@@ -66,7 +68,6 @@ def render_layer(engine, depsgraph) -> None:
         raise SceneError(f"scene '{blender_scene.name}' uses stereoscopy, which is not supported")
     engine.update_stats("", "Isophote: exporting")
     started = time.perf_counter()
-    changes, engine.changes = engine.changes or Changes(), None  # it goes on only if there is room for what it holds
     scene = export_scene(depsgraph, changes=changes)
     export_seconds = time.perf_counter() - started
     region = frame_border(blender_scene.render, scene.resolution)

@@ -130,6 +130,8 @@ def test_frames_have_the_bits_of_stills_and_what_is_kept_goes(host):
         still = rgba(host.folder / f"still_{frame:04d}.exr")
         for name in ("usual", "persistent", "again", "off", "opencl", "opencl_persistent"):
             assert np.array_equal(rgba(host.folder / f"{name}_{frame:04d}.exr"), still), (name, frame)
+    last, before = (rgba(host.folder / f"{name}.exr") for name in ("persistent_last", "once_more"))
+    assert np.array_equal(last, rgba(host.folder / "still_last.exr")) and not np.array_equal(last, before)
     assert found["usual"] == {"made": ["built", "kept", "kept", "refitted"], "left": 0}, log
     assert found["persistent"] == {"made": ["built", "kept", "kept", "refitted"], "left": 1}
     assert found["again"] == {"made": ["refitted", "kept", "kept", "refitted"], "left": 1}

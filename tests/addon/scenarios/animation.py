@@ -2,6 +2,7 @@
 """Four frames as an animation and one by one: the camera moves, then nothing does, then the cube. What is kept when."""
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import bpy
@@ -70,6 +71,16 @@ found["opencl_after"] = {"opened": len(opened), "devices": len(kept._devices)}
 render_to(scene, "last.exr")
 found["after"] = len(kept._geometries)
 found["devices_after"] = len(kept._devices)
+cube.data.vertices[0].co.x += 1.0
+scene.render.use_multiview = True  # refused, before the change is seen
+with suppress(RuntimeError):
+    render_to(scene, "refused.exr")
+scene.render.use_multiview = False
+render_to(scene, "persistent_last.exr")
+scene.render.use_persistent_data = False
+render_to(scene, "still_last.exr")
+scene.render.use_persistent_data = True
+render_to(scene, "last.exr")
 bpy.ops.wm.read_homefile(use_factory_startup=True, app_template="")
 found["loaded"] = len(kept._geometries)
 report(**found)
