@@ -273,6 +273,18 @@ def test_reading_again_after_edit_mode():
     assert len(render()[0].triangles) == 6 * 4 * 2
 
 
+def test_undo_and_redo():
+    add("cube", cube())
+    bpy.ops.ed.undo_push(message="cube")
+    render()
+    bpy.data.objects["cube"].data.vertices[0].co = (4.0, 4.0, 4.0)
+    bpy.ops.ed.undo_push(message="vertex")
+    for step, largest in ((bpy.ops.ed.undo, 1.0), (bpy.ops.ed.redo, 4.0)):
+        render()
+        step()
+        assert render()[0].vertices.max() == largest
+
+
 def test_two_layers():
     """They share a dependency graph, which tells of a change to the layer that is rendered first only."""
     ob = add("cube", cube())
