@@ -45,6 +45,11 @@ def in_memory(collection, name: str, columns: int, dtype) -> np.ndarray | None:
     return values if values[chosen].tolist() == wanted else None
 
 
+def reading_changes(mesh) -> bool:
+    """Whether a mesh has to be copied first, because its normals are computed into it (before 4.1)."""
+    return getattr(mesh, "use_auto_smooth", False)
+
+
 def vertex_positions(mesh) -> np.ndarray:
     """Positions of a mesh, f4 [3 V]."""
     positions = np.empty(len(mesh.vertices) * 3, np.float32)

@@ -17,6 +17,8 @@ class IsophoteRenderEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True  # for the material preview
     bl_use_shading_nodes_custom = False  # the nodes are those of Cycles and EEVEE
 
+    changes = None  # export.changes.Changes, where the engine lives on after a frame (Persistent Data)
+
     def update_render_passes(self, scene, renderlayer):
         result.register_passes(self, scene, renderlayer)
 

@@ -22,6 +22,7 @@ from isophote.session import Progress, Session
 from . import kept, log, native
 from .compat import catch_interrupts, frame_border, interrupted
 from .export import export_scene
+from .export.changes import Changes
 from .result import OpenResult, mark_failed, stamp
 from .settings import make_settings
 
@@ -57,6 +58,8 @@ def render(engine, depsgraph) -> None:
 
 def render_layer(engine, depsgraph) -> None:
     """Render the depsgraph's view layer into the engine's result. Raises one of EXPECTED, or Cancelled."""
+    # It goes on only after a render that saw all that Blender told, and if there is room for what it holds.
+    changes, engine.changes = engine.changes or Changes(), None
     problem = native.problem()
     if problem:
         raise DeviceError(problem)
@@ -65,22 +68,23 @@ def render_layer(engine, depsgraph) -> None:
         raise SceneError(f"scene '{blender_scene.name}' uses stereoscopy, which is not supported")
     engine.update_stats("", "Isophote: exporting")
     started = time.perf_counter()
-    scene = export_scene(depsgraph)
+    scene = export_scene(depsgraph, changes=changes)
     export_seconds = time.perf_counter() - started
     region = frame_border(blender_scene.render, scene.resolution)
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     with ThreadPoolExecutor(1, "isophote") as worker:
         engine.update_stats("", "Isophote: preparing")
         names = blender_scene.name, view_layer.name
-        session = prepared(engine, worker.submit(Session, scene, settings,
-                                                 kept=None if engine.is_preview else kept.take(*names)))
+        geometry, device = (None, None) if engine.is_preview else kept.take(*names, settings)
+        session = prepared(engine, worker.submit(Session, scene, settings, device, kept=geometry))
         with session:
             shown = [] if engine.is_preview else log.notes(session.notes)
             finish = render_session(engine, worker, session, view_layer.name)
             if not engine.is_preview:
-                kept.keep(*names, session.prepared.geometry)
                 log.notes(session.notes, shown)
                 log.finished(session.result(), export_seconds)
+                if kept.keep(*names, session):
+                    engine.changes = changes
         if finish:
             raise finish
 

@@ -109,6 +109,7 @@ class ISOPHOTE_PT_performance(PanelBase, bpy.types.Panel):
         sub = column.column()
         sub.enabled = render.threads_mode == "FIXED"
         sub.prop(render, "threads")
+        column.prop(render, "use_persistent_data")
 
 
 class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):

@@ -2,13 +2,15 @@
 
     python -m bench.export [--blenders PROGRAM,PYTHON] [--scenes monkeys,flat,smooth,shared,cube]
                            [--changes camera,object,deform] [--rounds 3] [--frames 4] [--triangles 2000000]
-                           [--size 720x720] [--threads 2] [--persistent]
+                           [--size 720x720] [--threads 2] [--persistent] [--engines ISOPHOTE,CYCLES]
 
 Each row of JSON is the median of one Blender, scene and kind of change between frames: "first" of first
 frames, "next" of those that follow. `blender` is what Blender does before it asks the engine (its
 dependency graph), and no part of `total`; the other stages add up to it (bench/export_worker.py names
-the functions). flat, smooth and shared are one mesh of that many triangles (shared: with two users),
-cube is Blender's own scene; monkeys comes from ../shared/scenes. Of the picture's time one sample a pixel counts.
+the functions). `meshes` is Blender's part of it: until it has handed out every object's mesh. Of the picture's time
+one sample a pixel counts. `whole` is the time from the end of one frame to the end of the next, all that Cycles tells.
+flat, smooth and shared are one mesh of that many triangles (shared: with two users), cube is Blender's own scene;
+monkeys comes from ../shared/scenes.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from itertools import product
 from pathlib import Path
 
 from bench.cycles_process import find_python
@@ -61,6 +64,7 @@ def main() -> None:
     parser.add_argument("--size", default="720x720")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--persistent", action="store_true", help="with Blender's Persistent Data")
+    parser.add_argument("--engines", default="ISOPHOTE")
     parser.add_argument("--folder", type=Path, help="where monkeys.blend lies or is made")
     options = parser.parse_args()
     job = {name: getattr(options, name) for name in ("rounds", "frames", "triangles", "threads", "persistent")}
@@ -69,9 +73,10 @@ def main() -> None:
         for scene in options.scenes.split(","):
             blend = made_scenes(options.folder or Path(folder), (scene,))[0] if scene == "monkeys" else None
             for blender in options.blenders.split(","):
-                for change in options.changes.split(","):
-                    rows = frames_of(blender, blend, job | {"scene": "file" if blend else scene, "change": change})
-                    made = {"blender_program": blender, "scene": scene, "change": change, **job}
+                for change, engine in product(options.changes.split(","), options.engines.split(",")):
+                    rows = frames_of(blender, blend, job | {"scene": "file" if blend else scene, "change": change,
+                                                            "engine": engine})
+                    made = {"blender_program": blender, "engine": engine, "scene": scene, "change": change, **job}
                     for which, chosen in (("first", [row for row in rows if row["frame"] == 1]),
                                           ("next", [row for row in rows if row["frame"] > 1])):
                         if chosen:

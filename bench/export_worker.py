@@ -25,6 +25,7 @@ MARK = "ISOPHOTE-EXPORT-BENCH "
 # stage only, so that stages add up to the whole but for what is not named.
 STAGES = {
     "total": [(f"{ADDON}.final", "render")],
+    "meshes": [],
     "export": [(f"{ADDON}.final", "export_scene")],
     "validate": [("isophote.session", "check")],
     "hash": [("isophote.session", "Session.result")],
@@ -115,21 +116,26 @@ def animate(job: dict) -> None:
         moved.keyframe_insert("location", frame=frame)
 
 
-def main() -> None:
-    job = json.loads(sys.argv[sys.argv.index("--") + 1])
-    scene, folder = bpy.context.scene, tempfile.TemporaryDirectory(prefix="isophote_bench_")
-    make_scene(job)
-    scene.frame_start, scene.frame_end = 1, job["frames"]
-    animate(job)
-    render = scene.render
-    render.engine, scene.isophote.samples = "ISOPHOTE", 1
-    render.resolution_x, render.resolution_y, render.resolution_percentage = *job["size"], 100
-    render.threads_mode, render.threads = "FIXED", job["threads"]
-    render.use_persistent_data = job["persistent"]
-    render.use_compositing = render.use_sequencer = False
-    render.image_settings.file_format = "BMP"
-    render.filepath = str(Path(folder.name) / "frame_")
+def tell(frame: int, **row: float) -> None:
+    print(MARK + json.dumps({"frame": frame} | {name: round(seconds, 4) for name, seconds in row.items()}), flush=True)
+
+
+def follow_others(scene) -> None:
+    """Print a row for each frame of an engine that tells no more than that it has ended."""
+    ends = []
+    bpy.app.handlers.render_init.append(lambda *_: ends.append(time.perf_counter()))
+
+    def ended(*_):
+        ends.append(time.perf_counter())
+        tell(scene.frame_current, whole=ends[-1] - ends[-2])
+
+    bpy.app.handlers.render_post.append(ended)
+
+
+def follow(scene) -> None:
+    """Print a row for each frame of ours, with the seconds of its stages."""
     watch, ends = Stopwatch(), [time.perf_counter()]
+    bpy.app.handlers.render_init.append(lambda *_: ends.append(time.perf_counter()))
     for stage, functions in STAGES.items():
         for module, name in functions:
             watch.watch(stage, module, name)
@@ -139,17 +145,37 @@ def main() -> None:
     def one_frame(engine, depsgraph):
         watch.seconds = dict.fromkeys(STAGES, 0.0)
         started = time.perf_counter()
+        with watch.timing("meshes"):
+            for ob in depsgraph.objects:
+                ob.data  # noqa: B018 - newer Blenders subdivide when the mesh is asked for
         inner(engine, depsgraph)
         ended = time.perf_counter()
-        row = {name: round(seconds, 4) for name, seconds in watch.seconds.items() if name != "total"}
-        row |= {"frame": scene.frame_current, "blender": round(started - ends[-1], 4),
-                "total": round(ended - started, 4), "other": round(watch.seconds["total"], 4)}
+        stages = {name: seconds for name, seconds in watch.seconds.items() if name != "total"}
+        tell(scene.frame_current, **stages, blender=started - ends[-1], total=ended - started,
+             other=watch.seconds["total"], whole=ended - ends[-1])
         ends.append(ended)
-        print(MARK + json.dumps(row), flush=True)
 
     final.render = one_frame
+
+
+def main() -> None:
+    job = json.loads(sys.argv[sys.argv.index("--") + 1])
+    scene, folder = bpy.context.scene, tempfile.TemporaryDirectory(prefix="isophote_bench_")
+    make_scene(job)
+    scene.frame_start, scene.frame_end = 1, job["frames"]
+    animate(job)
+    render = scene.render
+    render.engine, scene.isophote.samples = job["engine"], 1
+    if job["engine"] == "CYCLES":
+        scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = 1, False, False
+    render.resolution_x, render.resolution_y, render.resolution_percentage = *job["size"], 100
+    render.threads_mode, render.threads = "FIXED", job["threads"]
+    render.use_persistent_data = job["persistent"]
+    render.use_compositing = render.use_sequencer = False
+    render.image_settings.file_format = "BMP"
+    render.filepath = str(Path(folder.name) / "frame_")
+    follow(scene) if job["engine"] == "ISOPHOTE" else follow_others(scene)
     for _ in range(job["rounds"]):
-        ends.append(time.perf_counter())
         bpy.ops.render.render(animation=True)
     folder.cleanup()
 

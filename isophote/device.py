@@ -57,6 +57,12 @@ class Device(Protocol):
         `cancelled`, asked at least every 0.2 s, gave True.
         """
 
+    def leave(self) -> Device | None:
+        """Instead of close: itself with kernels and scene, to be taken up; where that saves nothing, None, closed."""
+
+    def take_up(self, settings: Settings) -> bool:
+        """Go on for a render with these settings, after leave; False where they want another device."""
+
     def close(self) -> None:
         """Give back what the device holds; it is not used again."""
 

@@ -84,6 +84,12 @@ class Handover:
         if cpu:
             cpu.add_done_callback(lambda made: None if made.exception() else made.result().close())
 
+    def leave(self) -> Device | None:
+        """The device, where it draws; one that still compiles closes itself afterwards."""
+        if self.drawing is self.device and not self.uploading:
+            return self.device.leave()
+        return self.close()
+
     def close(self) -> None:
         """Close both; a device that still compiles closes itself afterwards, and nobody waits."""
         self.close_cpu()

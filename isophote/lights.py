@@ -66,9 +66,12 @@ def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
     if not emitting_slots.any():
         return parts[0]
     for instance, mesh in enumerate(scene.instance_mesh):
-        primitive = np.arange(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1])
-        slot = scene.instance_slots[instance] + scene.triangle_slots[primitive]
-        primitive, slot = primitive[emitting_slots[slot]], slot[emitting_slots[slot]]
+        first, base = scene.mesh_triangles[mesh], scene.instance_slots[instance]
+        slots = scene.triangle_slots[first:scene.mesh_triangles[mesh + 1]]
+        if not len(slots) or not emitting_slots[base:base + slots.max() + 1].any():
+            continue
+        primitive = np.flatnonzero(emitting_slots[base + slots])
+        slot, primitive = base + slots[primitive], first + primitive
         if not len(primitive):
             continue
         matrix = scene.instance_to_world[instance]

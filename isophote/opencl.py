@@ -130,7 +130,8 @@ class OpenCLDevice:
         self.total_memory = lowered(self.device.global_mem_size, DEVICE)
         self.largest_buffer = lowered(min(self.device.max_mem_alloc_size, self.total_memory), BUFFER)
         self.memory: dict[str, int] = {}
-        self.scene: list = []
+        self.scene: list = []  # buffers in the order of kernels/scene_buffers.h, and what was copied into them
+        self.arrays: list[np.ndarray] = []
         self.wavefront: Wavefront | None = None
 
     def calling(self, function, *arguments, **named):
@@ -158,17 +159,25 @@ class OpenCLDevice:
                             self.total_memory, self.largest_buffer)
 
     def upload(self, prepared: Prepared) -> None:
-        """Copy the scene's buffers and compile the kernels for its features."""
+        """Copy the scene's buffers, but those that are there already, and compile the kernels for its features."""
         assert list(prepared.buffers) == list(scene_buffers())
         self.check_room(prepared)
-        self.scene = []
-        self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
+        self.copy(list(prepared.buffers.values()))
         self.memory = {"scene": sum(buffer.nbytes for buffer in prepared.buffers.values())}
         self.wavefront = None
         options = build_options(self.device, self.settings, prepared)
         if group := shade_group(self.device, self.cl):
             options.append(f"-DSHADE_GROUP={group}")
         self.build(kernel_source(), options)
+
+    def copy(self, arrays: list[np.ndarray]) -> None:
+        """Copy the scene's arrays. One that is the same object as before is there already: nobody changes them."""
+        there = {id(array): buffer for array, buffer in zip(self.arrays, self.scene, strict=True)}
+        found = [there.get(id(array)) for array in arrays]
+        self.scene, self.arrays, there = [], [], {}  # the others make room first
+        self.scene = [buffer or self.buffer(array=array.view(np.uint8).reshape(-1))
+                      for buffer, array in zip(found, arrays, strict=True)]
+        self.arrays = arrays
 
     def build(self, source: str, options: list[str]) -> None:
         """Make the kernels ready, unless they are already those of this source and these options."""
@@ -240,8 +249,22 @@ class OpenCLDevice:
         sums[:] = made
         return item.samples
 
+    def leave(self) -> OpenCLDevice:
+        """As Device.leave: room for paths is given back, since it is made again at once."""
+        self.wavefront = None
+        if self.built:
+            self.built.keep(self.note)
+        return self
+
+    def take_up(self, settings: Settings) -> bool:
+        """As Device.take_up. Other devices and precisions want other kernels and say other things of themselves."""
+        if (settings.device, settings.precision) != (self.settings.device, self.settings.precision):
+            return False
+        self.settings, self.compile_seconds, self.notes = settings, 0.0, []
+        return True
+
     def close(self) -> None:
         """Drop all buffers."""
-        self.queue.finish()
+        self.calling(self.queue.finish)
         self.keep_kernels()
-        self.scene, self.memory, self.wavefront = [], {}, None
+        self.scene, self.arrays, self.memory, self.wavefront = [], [], {}, None

@@ -77,6 +77,10 @@ class OpenMPDevice:
         self.rays += rays
         return item.samples
 
+    def leave(self) -> None:
+        """Nothing: what it holds is the prepared scene's, and code is built in."""
+        self.close()
+
     def close(self) -> None:
         self.worker.shutdown()
         self.buffers, self.tree = [], None

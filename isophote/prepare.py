@@ -97,6 +97,7 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return made, instructions
 
 
+@cache
 def blackman_harris_table() -> np.ndarray:
     """Inverse CDF of the Blackman-Harris window (Harris 1978, table I, four terms) for filter_width 1, float32.
 

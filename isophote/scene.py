@@ -130,9 +130,11 @@ def name_of_count(n):
 def checked(name: str, spec: Field, value, counts: dict) -> np.ndarray:
     """The value as an array of the field's type and shape; counts collects what each letter stands for."""
     try:
-        array = np.ascontiguousarray(value, dtype=spec.dtype).reshape(np.shape(value))
+        array = np.ascontiguousarray(value, dtype=spec.dtype)
     except (TypeError, ValueError) as error:
         raise SceneError(f"scene array {name}: {error}") from None
+    if np.ndim(value) == 0:  # made one of a row; any other that fits stays the object that it is
+        array = array.reshape(())
     if array.ndim != len(spec.shape):
         raise SceneError(f"scene array {name}: shape {array.shape}, wanted {spec.shape}")
     for size, want in zip(array.shape, spec.shape, strict=True):

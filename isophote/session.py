@@ -49,8 +49,9 @@ class Session:
     """One render. `film` holds whatever was rendered, also after an error or a cancel.
 
     A `film` given is rendered on from where it ends: settings.samples count from its first sample.
-    A `device` given is used and not opened; the session closes it either way. `kept` is the geometry of another
-    session (its `prepared.geometry`): what the scenes have in common is used again, without changing a bit.
+    A `device` given is used and not opened; the session closes it either way, unless it is told to leave it.
+    `kept` is the geometry of another session (its `prepared.geometry`): what the scenes have in common is used
+    again, without changing a bit.
     Raises SceneError for a scene that cannot be rendered, SceneTooLarge for one that does not fit, DeviceError
     for a device that cannot be opened, FilmError for a film of another region or kind, ValueError for settings
     that do not fit.
@@ -66,6 +67,7 @@ class Session:
         self._samples_by_device: dict[str, int] = {}
         self._own_samples = 0  # rendered by this session, without those of a film that it was given
         self._sample_seconds = 0.0
+        self._leaves = False
         self._error: ImageError | None = None
         self._error_due, self._error_at = 0.0, -1
         self.why_stopped = ""
@@ -251,9 +253,15 @@ class Session:
             "notes": self.notes,
         }
 
+    def leave(self) -> Device | None:
+        """The device with the scene on it, for another session; None where there is nothing worth keeping."""
+        left, self._leaves = self.device.leave(), True
+        return left
+
     def close(self) -> None:
-        """Close the device. The film stays."""
-        self.device.close()
+        """Close the device, unless it was left. The film stays."""
+        if not self._leaves:
+            self.device.close()
 
     def __enter__(self) -> Session:
         return self

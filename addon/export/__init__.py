@@ -8,22 +8,38 @@ import numpy as np
 from isophote.scene import Scene, make_scene
 
 from .camera import export_camera, resolution_of
+from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
 from .light import join_lights
-from .mesh import join_meshes
 from .notes import Notes
 from .world import world_radiance
 
 __all__ = ["export_scene"]
 
 
-def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera=None) -> Scene:
+def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera=None,
+                 changes: Changes | None = None) -> Scene:
     """Everything that the dependency graph shows, as a Scene with the names of things and notes.
 
     `depsgraph` is evaluated for rendering (as RenderEngine.render gets it) or for the viewport; its
     view layer is the one exported. `resolution` (width, height in pixels) and `camera` (an Object)
-    stand in for the scene's own. Raises SceneError, naming the scene, where there is no camera.
+    stand in for the scene's own. `changes` belongs to the engine and saves reading meshes again that
+    its dependency graph has not evaluated anew. Raises SceneError, naming the scene, where there is no camera.
     """
+    changes = changes or Changes()
+    before = changes.unchanged_meshes(depsgraph)
+    try:
+        meshes = Meshes(before)
+        scene = export_with(meshes, depsgraph, resolution, camera)
+    except OthersMet:
+        meshes = Meshes()
+        scene = export_with(meshes, depsgraph, resolution, camera)
+    changes.exported(meshes)
+    return scene
+
+
+def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
+    """As export_scene. Raises OthersMet where the meshes are those of an export before, and others are there now."""
     notes = Notes()
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
@@ -33,13 +49,13 @@ def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera
     arrays, origin = export_camera(scene, camera, resolution, notes)
     if scene.render.use_motion_blur:
         notes.add("scene", scene.name, "motion blur is not supported: left out")
-    gatherer = Gatherer(depsgraph, origin, notes)
+    gatherer = Gatherer(depsgraph, origin, notes, meshes)
     gatherer.gather()
     arrays |= {"origin": origin, "world_radiance": world_radiance(scene, notes)}
-    arrays |= join_meshes(gatherer.meshes) | join_lights(gatherer.lamps)
+    arrays |= meshes.join() | join_lights(gatherer.lamps)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_programs(gatherer.programs)
     names = {
-        "meshes": [mesh.name for mesh in gatherer.meshes],
+        "meshes": list(meshes.names),
         "instances": [instance[4] for instance in gatherer.instances],
         "spheres": [sphere[4] for sphere in gatherer.spheres],
         "materials": gatherer.material_names,

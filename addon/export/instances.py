@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .changes import Meshes
 from .light import Lamp, export_light
 from .material import material_program
-from .mesh import MeshArrays, export_mesh
 
 RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
         ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
@@ -31,19 +31,16 @@ LEFT_OUT = {
 class Gatherer:
     """Collects meshes, instances, spheres, materials and lamps while the dependency graph is walked."""
 
-    def __init__(self, depsgraph, origin: np.ndarray, notes):
-        self.depsgraph, self.origin, self.notes = depsgraph, origin, notes
+    def __init__(self, depsgraph, origin: np.ndarray, notes, meshes: Meshes):
+        self.depsgraph, self.origin, self.notes, self.meshes = depsgraph, origin, notes, meshes
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
-        self.meshes: list[MeshArrays] = []
         self.lamps: list[Lamp] = []
         self.programs: list[list[tuple]] = []
         self.material_names: list[str] = []
         self.slots: list[int] = []
         self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name)
         self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name)
-        self._mesh_of: dict = {}  # key of the evaluated data -> mesh, None where it has no faces
-        self._needed: list[int] = []  # slots that each mesh uses
         self._material_of: dict = {}
         self._slots_of: dict[tuple, int] = {}
         self._looks: dict[tuple, tuple] = {}  # what instances of one object share: the end of their tuple
@@ -88,10 +85,10 @@ class Gatherer:
         if is_sphere(ob):
             self.add_sphere(self.matrices[number], ob, visibility)
             return
-        mesh = self.mesh_of(ob)
+        mesh = self.meshes.number_of(ob)
         if mesh is None:
             return
-        self._looks[key] = mesh, self.slots_of(ob, self._needed[mesh]), visibility, ob.name
+        self._looks[key] = mesh, self.slots_of(ob, self.meshes.needed[mesh]), visibility, ob.name
         self.instances.append((number, *self._looks[key]))
 
     def add_sphere(self, matrix: np.ndarray, ob, visibility: int) -> None:
@@ -104,21 +101,6 @@ class Gatherer:
         centre = (matrix[:3, :3] * (0.5 * (low + high))).sum(axis=1) + matrix[:3, 3] - self.origin
         material = self.slot_list(ob)[0]
         self.spheres.append((centre, 0.5 * sides.max(), material, visibility, ob.name))
-
-    def mesh_of(self, ob) -> int | None:
-        """Index of the evaluated data's mesh, exported when it is first met."""
-        data = ob.data
-        if data is None:
-            return None
-        # The mesh of metaballs depends on more than their data.
-        key = (data.as_pointer(), ob.original.as_pointer() if ob.type == "META" else None)
-        if key not in self._mesh_of:
-            arrays = export_mesh(ob)
-            self._mesh_of[key] = None if arrays is None else len(self.meshes)
-            if arrays is not None:
-                self.meshes.append(arrays)
-                self._needed.append(int(arrays.slots.max()) + 1)
-        return self._mesh_of[key]
 
     def slots_of(self, ob, needed: int) -> int:
         """First entry in slot_materials of an object's slots; equal lists are kept once."""

@@ -28,18 +28,29 @@ class MeshArrays:
 def export_mesh(ob) -> MeshArrays | None:
     """Triangulate what an evaluated object looks like; None where it has no faces.
 
-    Works for meshes and metaballs: whatever to_mesh() gives a mesh for.
+    Works for meshes and metaballs: whatever has a mesh.
     """
-    try:
-        mesh = ob.to_mesh()
-    except RuntimeError:  # an object type without a mesh
-        return None
+    mesh, is_copy = evaluated_mesh(ob)
     if mesh is None:
         return None
     try:
         return read_mesh(mesh, ob.data.name if ob.data else ob.name)
     finally:
-        ob.to_mesh_clear()
+        if is_copy:
+            ob.to_mesh_clear()
+
+
+def evaluated_mesh(ob) -> tuple:
+    """(mesh, whether it is a copy that to_mesh_clear() drops) of an evaluated object, None where it has none.
+
+    Blender 4.5 and newer subdivide here, when the mesh is first asked for, and earlier ones before they render.
+    """
+    if ob.type == "MESH" and not ob.data.is_editmode and not compat.reading_changes(ob.data):
+        return ob.data, False  # Cycles reads this one, too: a copy costs time, and computed normals go with it
+    try:
+        return ob.to_mesh(), True
+    except RuntimeError:  # an object type without a mesh
+        return None, False
 
 
 def read_mesh(mesh, name: str) -> MeshArrays | None:

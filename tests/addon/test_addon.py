@@ -101,6 +101,18 @@ def test_render_without_camera_fails_visibly(host):
         assert colours.tolist() == [[0, 0, 0, 1], [1, 0, 1, 1]], "a chequer that nobody takes for a picture"
 
 
+@pytest.mark.parametrize("job", [["-f", "1"], ["-s", "1", "-e", "2", "-a"]], ids=["still", "animation"])
+@pytest.mark.parametrize(("output", "said"), [("frame_##", "no camera in scene 'Scene'"),
+                                              ("/proc/no/frame_##", "cannot save")], ids=["camera", "output"])
+def test_errors_end_the_program_with_1(host, job, output, said):
+    """As Blender does where a render reports an error or cannot be saved; an animation stops at the frame."""
+    camera = [] if "proc" in output else ["--python", str(TURNING_CUBE.with_name("cube_for_camera.py"))]
+    done = host.run(*camera, "-E", "ISOPHOTE", "-o", str(host.folder / output), "-F", "PNG", *job, "--",
+                    str(host.folder))
+    assert done.returncode == 1 and said in done.stdout, done.stdout
+    assert len(list(host.folder.glob("frame_*.png"))) <= 1
+
+
 def test_animation_from_the_command_line(host):
     done = host.run("--python", str(TURNING_CUBE), "-E", "ISOPHOTE", "-o", str(host.folder / "frame_##"), "-F", "PNG",
                     "-s", "1", "-e", "2", "-a", "--", str(host.folder))
@@ -116,13 +128,19 @@ def test_frames_have_the_bits_of_stills_and_what_is_kept_goes(host):
     found, log = host.scenario("animation")
     for frame in range(1, 5):
         still = rgba(host.folder / f"still_{frame:04d}.exr")
-        for name in ("usual", "persistent", "again", "off"):
+        for name in ("usual", "persistent", "again", "off", "opencl", "opencl_persistent"):
             assert np.array_equal(rgba(host.folder / f"{name}_{frame:04d}.exr"), still), (name, frame)
+    last, before = (rgba(host.folder / f"{name}.exr") for name in ("persistent_last", "once_more"))
+    assert np.array_equal(last, rgba(host.folder / "still_last.exr")) and not np.array_equal(last, before)
     assert found["usual"] == {"made": ["built", "kept", "kept", "refitted"], "left": 0}, log
     assert found["persistent"] == {"made": ["built", "kept", "kept", "refitted"], "left": 1}
     assert found["again"] == {"made": ["refitted", "kept", "kept", "refitted"], "left": 1}
     assert found["still"] == ["built"] * 4
     assert (found["off"], found["after"], found["loaded"]) == (0, 1, 0)
+    made = ["built", "kept", "kept", "refitted"]
+    assert found["opencl"] == {"made": made, "left": 0, "opened": 1, "devices": 0}
+    assert found["opencl_persistent"] == {"made": made, "left": 1, "opened": 2, "devices": 1}
+    assert found["opencl_after"] == {"opened": 2, "devices": 1} and found["devices_after"] == 0
 
 
 def test_metadata_says_how_it_was_made(host):

@@ -2,6 +2,7 @@
 """Four frames as an animation and one by one: the camera moves, then nothing does, then the cube. What is kept when."""
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import bpy
@@ -11,6 +12,7 @@ from common import FOLDER, exr_output, render_to, report, small_scene  # noqa: E
 from isophote_addon import kept  # noqa: E402
 
 import isophote.prepare  # noqa: E402
+from isophote.opencl import OpenCLDevice  # noqa: E402
 
 scene = small_scene()
 exr_output(scene)
@@ -50,9 +52,35 @@ for frame in range(1, 5):
     scene.frame_set(frame)
     render_to(scene, f"still_{frame:04d}.exr")
 found["still"] = made[-4:]
-scene.render.use_persistent_data = True
+opened, inner_init = [], OpenCLDevice.__init__
+
+
+def counting(self, *arguments):
+    opened.append(self)
+    inner_init(self, *arguments)
+
+
+OpenCLDevice.__init__ = counting
+scene.isophote.device, scene.isophote.wait_for_kernels = "opencl", True
+found["opencl"] = animation("opencl_", False) | {"opened": len(opened), "devices": len(kept._devices)}
+found["opencl_persistent"] = animation("opencl_persistent_", True) | {"opened": len(opened),
+                                                                      "devices": len(kept._devices)}
+render_to(scene, "once_more.exr")
+scene.isophote.device = "openmp"
+found["opencl_after"] = {"opened": len(opened), "devices": len(kept._devices)}
 render_to(scene, "last.exr")
 found["after"] = len(kept._geometries)
+found["devices_after"] = len(kept._devices)
+cube.data.vertices[0].co.x += 1.0
+scene.render.use_multiview = True  # refused, before the change is seen
+with suppress(RuntimeError):
+    render_to(scene, "refused.exr")
+scene.render.use_multiview = False
+render_to(scene, "persistent_last.exr")
+scene.render.use_persistent_data = False
+render_to(scene, "still_last.exr")
+scene.render.use_persistent_data = True
+render_to(scene, "last.exr")
 bpy.ops.wm.read_homefile(use_factory_startup=True, app_template="")
 found["loaded"] = len(kept._geometries)
 report(**found)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The meshes of one export, and when those of the export before are still the same.
+
+Where Blender's dependency graph lives from frame to frame (Persistent Data), it tells what it has evaluated anew
+since it was last rendered, and it owns the meshes that it shows: what it has not evaluated is as it was. Cycles goes
+by the same list (blender/cycles, src/blender/sync.cpp, BlenderSync::sync_recalc).
+
+All meshes are taken over or none, because joining their arrays costs as much as reading them.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from .mesh import MeshArrays, export_mesh, join_meshes
+
+WITHOUT_MESHES = {"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER"}
+
+
+class OthersMet(Exception):
+    """The dependency graph shows other meshes, or in another order, than in the export before."""
+
+
+class Meshes:
+    """Each mesh is read when it is first met; with `before`, they are those of that export, else OthersMet is raised.
+
+    `names` and `needed` (the slots that a mesh uses) go by the mesh's number.
+    """
+
+    def __init__(self, before: Meshes | None = None):
+        self._expected = iter(before._number_of.items()) if before else None
+        self.names: list[str] = before.names if before else []
+        self.needed: list[int] = before.needed if before else []
+        self.lasting = True  # whether `updates` tells of all that they depend on
+        self._number_of: dict[tuple, int | None] = {}  # by the evaluated data, in the order in which they are met
+        self._read: list[MeshArrays] = []
+        self._arrays = before._arrays if before else None
+
+    def number_of(self, ob) -> int | None:
+        """Of the mesh of an evaluated object, None where it has no faces."""
+        data = ob.data
+        if data is None:
+            return None
+        # The mesh of metaballs depends on more than their data.
+        key = data.as_pointer(), ob.original.as_pointer() if ob.type == "META" else None
+        if key not in self._number_of:
+            self._number_of[key] = self.read(ob) if self._expected is None else self.taken_over(key)
+        return self._number_of[key]
+
+    def read(self, ob) -> int | None:
+        self.lasting &= ob.type == "MESH" and not ob.data.is_editmode
+        arrays = export_mesh(ob)
+        if arrays is None:
+            return None
+        self.names.append(arrays.name)
+        self.needed.append(int(arrays.slots.max()) + 1)
+        self._read.append(arrays)
+        return len(self.names) - 1
+
+    def taken_over(self, key: tuple) -> int | None:
+        expected, number = next(self._expected, (None, None))
+        if expected != key:
+            raise OthersMet
+        return number
+
+    def join(self) -> dict[str, np.ndarray]:
+        """The scene's arrays of all of them, once everything has been met."""
+        if self._expected is None:
+            self._arrays, self._read = join_meshes(self._read), []
+        elif next(self._expected, None):
+            raise OthersMet
+        return self._arrays
+
+
+class Changes:
+    """Follows the dependency graph of one engine, which must ask for each export: updates are told once."""
+
+    def __init__(self):
+        self._meshes: Meshes | None = None
+
+    def unchanged_meshes(self, depsgraph) -> Meshes | None:
+        """Those of the export before, if it ended well and none was evaluated since."""
+        meshes, self._meshes = self._meshes, None
+        return meshes if meshes and meshes.lasting and not any(map(may_change_meshes, depsgraph.updates)) else None
+
+    def exported(self, meshes: Meshes) -> None:
+        self._meshes = meshes
+
+
+def may_change_meshes(update) -> bool:
+    """Whether a DepsgraphUpdate speaks of a mesh, or of an object whose geometry was evaluated."""
+    if isinstance(update.id, bpy.types.Object):
+        return update.is_updated_geometry and update.id.type not in WITHOUT_MESHES
+    return isinstance(update.id, bpy.types.Mesh)
