@@ -72,8 +72,11 @@ def render_layer(engine, depsgraph) -> None:
     with ThreadPoolExecutor(1, "isophote") as worker:
         engine.update_stats("", "Isophote: preparing")
         names = blender_scene.name, view_layer.name
-        session = prepared(engine, worker.submit(Session, scene, settings,
-                                                 kept=None if engine.is_preview else kept.take(*names)))
+        follows = engine.is_animation or blender_scene.render.use_persistent_data
+        future = worker.submit(Session, scene, settings, kept=None if engine.is_preview else kept.take(*names),
+                               frames_follow=follows and not engine.is_preview)
+        del scene  # the session lets go of what it does not render
+        session = prepared(engine, future)
         with session:
             shown = [] if engine.is_preview else log.notes(session.notes)
             finish = render_session(engine, worker, session, view_layer.name)

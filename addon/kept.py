@@ -29,7 +29,7 @@ def take(scene: str, layer: str) -> Geometry | None:
 
 def keep(scene: str, layer: str, geometry: Geometry) -> None:
     """Leave it for the next frame, if there is room."""
-    if geometry.bytes + sum(kept.bytes for kept in _geometries.values()) <= SHARE * memory_of_machine():
+    if sum(sum(each.bytes.values()) for each in (geometry, *_geometries.values())) <= SHARE * memory_of_machine():
         _geometries[scene, layer] = geometry
 
 

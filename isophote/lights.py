@@ -67,7 +67,9 @@ def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
         return parts[0]
     for instance, mesh in enumerate(scene.instance_mesh):
         primitive = np.arange(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1])
-        slot = scene.instance_slots[instance] + scene.triangle_slots[primitive]
+        slot = np.full(len(primitive), scene.instance_slots[instance])
+        if len(scene.triangle_slots):
+            slot += scene.triangle_slots[primitive]
         primitive, slot = primitive[emitting_slots[slot]], slot[emitting_slots[slot]]
         if not len(primitive):
             continue

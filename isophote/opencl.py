@@ -152,23 +152,25 @@ class OpenCLDevice:
         planes = planes_for(self.settings.passes)
         columns = path_columns(planes > numbers()["PLANES_COMBINED"])
         paths = min(FEWEST_PATHS, (x1 - x0) * (y1 - y0))
-        parts = {name: buffer.nbytes for name, buffer in prepared.buffers.items()}
-        check_device_memory(self.name, parts | {"film": 4 * planes * (x1 - x0) * (y1 - y0),
+        check_device_memory(self.name, prepared.traced_sizes() | {"film": 4 * planes * (x1 - x0) * (y1 - y0),
                                                 "paths": 4 * sum(columns.values()) * paths},
                             self.total_memory, self.largest_buffer)
 
     def upload(self, prepared: Prepared) -> None:
         """Copy the scene's buffers and compile the kernels for its features."""
-        assert list(prepared.buffers) == list(scene_buffers())
         self.check_room(prepared)
         self.scene = []
-        self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
-        self.memory = {"scene": sum(buffer.nbytes for buffer in prepared.buffers.values())}
+        self.take_scene(prepared.traced())
         self.wavefront = None
         options = build_options(self.device, self.settings, prepared)
         if group := shade_group(self.device, self.cl):
             options.append(f"-DSHADE_GROUP={group}")
         self.build(kernel_source(), options)
+
+    def take_scene(self, buffers: dict[str, np.ndarray]) -> None:
+        assert list(buffers) == list(scene_buffers())
+        self.scene = [self.buffer(array=array.reshape(-1).view(np.uint8)) for array in buffers.values()]
+        self.memory = {"scene": sum(array.nbytes for array in buffers.values())}
 
     def build(self, source: str, options: list[str]) -> None:
         """Make the kernels ready, unless they are already those of this source and these options."""

@@ -82,14 +82,13 @@ FN real enter_box(real lo_x, real hi_x, real lo_y, real hi_y, real lo_z, real hi
   return enter <= leave * SLAB_SLACK ? enter : REAL(-1.0);
 }
 
-FN Hit keep_closer(Hit best, TriangleHit h, uint instance, uint primitive, uint index, Ray ray) {
+FN Hit keep_closer(Hit best, TriangleHit h, uint instance, uint primitive, Ray ray) {
   int take = h.hit && is_closer(h.t, instance, primitive, best) && is_wanted(h.t, instance, primitive, ray);
   best.t = take ? h.t : best.t;
   best.u = take ? h.u : best.u;
   best.v = take ? h.v : best.v;
   best.instance = take ? instance : best.instance;
   best.primitive = take ? primitive : best.primitive;
-  best.index = take ? index : best.index;
   return best;
 }
 
@@ -98,38 +97,31 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
   while (!last) {
     GLOBAL const Triangle *t = &s.triangles[index];
     float4 v0 = load_float4(t, 0), v1 = load_float4(t, 1), v2 = load_float4(t, 2); /* with what stands behind them */
-    uint slot = bits_of_float(v2.w);
-    last = slot & LAST_IN_LEAF;
+    uint flags = bits_of_float(v2.w);
+    last = flags & LAST_IN_LEAF;
     /* Triangles in an instance inherit its visibility, tested when it was entered. */
-    if (!(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((slot >> 16) & ray.kind)) {
+    if (!(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((flags >> 16) & ray.kind)) {
       TriangleHit h = triangle_hit(load3(v0), load3(v1), load3(v2), space.origin, space.direction, space.shear);
       uint owner = instance != NONE ? instance : bits_of_float(v1.w);
-      if (h.hit) best = keep_closer(best, h, owner, bits_of_float(v0.w), index, ray);
+      if (h.hit) best = keep_closer(best, h, owner, bits_of_float(v0.w), ray);
     }
     index++;
   }
   return best;
 }
 
-FN Hit hit_spheres(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
-  uint last = 0u;
-  while (!last) {
-    GLOBAL const Sphere *sphere = &s.spheres[index];
-    last = sphere->flags & LAST_IN_LEAF;
-    if ((sphere->flags >> 16) & ray.kind) {
-      SphereHit h = sphere_hit(load3(sphere->center), to_real(sphere->radius), space.origin, space.direction);
-      TriangleHit candidate;
-      candidate.hit = h.hit;
-      candidate.u = REAL(0.0);
-      candidate.v = REAL(0.0);
-      candidate.t = h.t_near;
-      best = keep_closer(best, candidate, SPHERE_INSTANCE, sphere->primitive, index | INDEX_SPHERE, ray);
-      candidate.t = h.t_far;
-      best = keep_closer(best, candidate, SPHERE_INSTANCE, sphere->primitive, index | INDEX_SPHERE, ray);
-    }
-    index++;
-  }
-  return best;
+FN Hit hit_sphere(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
+  GLOBAL const Sphere *sphere = &s.spheres[index];
+  if (!(sphere->visibility & ray.kind)) return best;
+  SphereHit h = sphere_hit(load3(sphere->center), to_real(sphere->radius), space.origin, space.direction);
+  TriangleHit candidate;
+  candidate.hit = h.hit;
+  candidate.u = REAL(0.0);
+  candidate.v = REAL(0.0);
+  candidate.t = h.t_near;
+  best = keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
+  candidate.t = h.t_far;
+  return keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
 }
 
 /* The closest hit along the ray; with any != 0 the first one found, which says only that there is one.
@@ -167,10 +159,10 @@ FN Hit trace(Scene s, Ray ray, int any) {
     uint kind = REF_KIND(ref);
     if (kind == REF_TRIANGLES) {
       best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
-      if (any && best.index != NONE) return best;
-    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
-      best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
-      if (any && best.index != NONE) return best;
+      if (any && best.instance != NONE) return best;
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERE) {
+      best = hit_sphere(s, REF_INDEX(ref), space, ray, best);
+      if (any && best.instance != NONE) return best;
     } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && ref == REF_RETURN) {
       instance = NONE;
       space = world;

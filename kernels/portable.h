@@ -55,6 +55,7 @@ FN float4 load_float4(GLOBAL const void *record, uint k) {
 #define GLOBAL
 #define FN static inline __attribute__((always_inline))
 typedef unsigned int uint;
+typedef unsigned short ushort;
 #ifdef ISOPHOTE_REFERENCE
 typedef double real;
 #define REAL(x) x

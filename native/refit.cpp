@@ -87,19 +87,14 @@ class Refitter {
   Box leaf_box(uint32_t ref, uint32_t &count) const {
     uint32_t at = REF_INDEX(ref);
     count = 1;
-    if (REF_KIND(ref) == REF_INSTANCE) {
-      const uint32_t *end = leaves_.instances + leaves_.instance_count;
-      size_t k = size_t(std::lower_bound(leaves_.instances, end, ref) - leaves_.instances);
+    if (REF_KIND(ref) != REF_TRIANGLES) {
+      const uint32_t *end = leaves_.reference + leaves_.others;
+      size_t k = size_t(std::lower_bound(leaves_.reference, end, ref) - leaves_.reference);
       return widened({{leaves_.lo[3 * k], leaves_.lo[3 * k + 1], leaves_.lo[3 * k + 2]},
                       {leaves_.hi[3 * k], leaves_.hi[3 * k + 1], leaves_.hi[3 * k + 2]}});
     }
-    if (REF_KIND(ref) == REF_SPHERES) {
-      Box box = sphere_box(leaves_.spheres[at]);
-      for (; !(leaves_.spheres[at].flags & LAST_IN_LEAF); count++) box.add(sphere_box(leaves_.spheres[++at]));
-      return box;
-    }
-    Box box = triangle_box(leaves_.triangles[at]);
-    for (; !(leaves_.triangles[at].slot & LAST_IN_LEAF); count++) box.add(triangle_box(leaves_.triangles[++at]));
+    Box box = triangle_box(at);
+    for (; !leaves_.triangles.last[at]; count++) box.add(triangle_box(++at));
     return box;
   }
 
@@ -107,15 +102,17 @@ class Refitter {
     box.widen(leaves_.margin);
     return box;
   }
-  Box triangle_box(const Triangle &t) const {
-    Box box{{t.v0.x, t.v0.y, t.v0.z}, {t.v0.x, t.v0.y, t.v0.z}};
-    box.add({{t.v1.x, t.v1.y, t.v1.z}, {t.v1.x, t.v1.y, t.v1.z}});
-    box.add({{t.v2.x, t.v2.y, t.v2.z}, {t.v2.x, t.v2.y, t.v2.z}});
+  Box triangle_box(size_t place) const {
+    Box box;
+    for (int k = 0; k < 3; k++) {
+      const float *v = leaves_.triangles.meshes.corner(leaves_.triangles.order[place], k);
+      Box point{{v[0], v[1], v[2]}, {v[0], v[1], v[2]}};
+      if (k)
+        box.add(point);
+      else
+        box = point;
+    }
     return widened(box);
-  }
-  Box sphere_box(const Sphere &s) const {
-    float r = s.radius;
-    return widened({{s.center.x - r, s.center.y - r, s.center.z - r}, {s.center.x + r, s.center.y + r, s.center.z + r}});
   }
 
   Bvh2Node *nodes_;

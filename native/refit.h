@@ -3,17 +3,16 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "../kernels/scene_records.h"
+#include "triangles.h"
 
 namespace isophote {
 
-/* What a tree's leaves refer to, in their order; references count from 0. */
+/* What a tree's leaves refer to; references to triangles count from 0. */
 struct Leaves {
-  const Triangle *triangles;
-  const Sphere *spheres;
-  const uint32_t *instances; /* references of the instances below the tree, ascending */
+  LeafTriangles triangles;
+  const uint32_t *reference; /* of the other things below the tree, ascending */
   const float *lo, *hi;      /* their boxes, 3 each */
-  size_t instance_count;
+  size_t others;
   float margin; /* by which boxes are wider, relative to the largest coordinate of each */
 };
 

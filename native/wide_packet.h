@@ -54,7 +54,7 @@ struct alignas(64) Packet {
   uint32_t near_row[3];
   float first, limit; /* least t_min, largest t: widened */
   int axis;           /* the largest of the direction, the same in all */
-  uint instance[PACKET], primitive[PACKET], index[PACKET];
+  uint instance[PACKET], primitive[PACKET];
   uint after_instance[PACKET], after_primitive[PACKET], skip_instance[PACKET], skip_primitive[PACKET], kind[PACKET];
 };
 
@@ -104,7 +104,7 @@ static int start_packet(Packet &p) {
     p.scale.at[k] = shear.scale;
     p.box_t_min.at[k] = p.t_min.at[k] * (1.0f - 16.0f * ROUNDING);
     p.u.at[k] = p.v.at[k] = 0.0f;
-    p.instance[k] = p.primitive[k] = p.index[k] = NONE;
+    p.instance[k] = p.primitive[k] = NONE;
   }
   return apart;
 }
@@ -182,7 +182,7 @@ static bool hit_block(Packet &p, const TriangleBlock &b) {
   for (uint k = 0; k < count; k++) {
     if (!may_hit(p, b, k)) continue;
     real3 v0 = corner_of(b, 0, k), v1 = corner_of(b, 1, k), v2 = corner_of(b, 2, k);
-    uint instance = b.instance[k], primitive = b.primitive[k], index = b.first + k, kinds = b.visibility[k];
+    uint instance = b.instance[k], primitive = b.primitive[k], kinds = b.visibility[k];
 #pragma omp simd
     for (uint i = 0; i < PACKET; i++) {
       Shear shear;
@@ -205,14 +205,12 @@ static bool hit_block(Packet &p, const TriangleBlock &b) {
       best.v = p.v.at[i];
       best.instance = p.instance[i];
       best.primitive = p.primitive[i];
-      best.index = p.index[i];
-      best = keep_closer(best, h, instance, primitive, index, ray);
+      best = keep_closer(best, h, instance, primitive, ray);
       p.t.at[i] = best.t;
       p.u.at[i] = best.u;
       p.v.at[i] = best.v;
       p.instance[i] = best.instance;
       p.primitive[i] = best.primitive;
-      p.index[i] = best.index;
     }
     closer = true;
   }
@@ -258,7 +256,6 @@ FN Hit hit_of(const Packet &p, uint k) {
   h.v = p.v.at[k];
   h.instance = p.instance[k];
   h.primitive = p.primitive[k];
-  h.index = p.index[k];
   return h;
 }
 

@@ -58,8 +58,8 @@ struct Opened {
 
 class Collapser {
  public:
-  Collapser(const Bvh2Node *nodes, size_t node_count, const Triangle *triangles, int threads)
-      : nodes_(nodes), node_count_(uint32_t(node_count)), triangles_(triangles), threads_(threads),
+  Collapser(const Bvh2Node *nodes, size_t node_count, const LeafTriangles &leaves, int threads)
+      : nodes_(nodes), node_count_(uint32_t(node_count)), leaves_(leaves), threads_(threads),
         choices_(std::make_unique_for_overwrite<Choice[]>(node_count)) {}
 
   /* Returns the references to the wide roots. */
@@ -155,7 +155,7 @@ class Collapser {
 
   uint32_t count_run(uint32_t ref) const {
     uint32_t last = REF_INDEX(ref);
-    while (!(triangles_[last].slot & LAST_IN_LEAF)) last++;
+    while (!leaves_.last[last]) last++;
     return last - REF_INDEX(ref) + 1;
   }
 
@@ -256,10 +256,9 @@ class Collapser {
   void place_blocks(uint32_t first, uint32_t count, Size &used, WideTree &tree) const {
     for (uint32_t done = 0; done < count; done += BLOCK) {
       TriangleBlock &b = tree.blocks[used.blocks++];
-      b.first = first + done;
       b.count = std::min(count - done, uint32_t(BLOCK));
       for (uint32_t k = 0; k < b.count; k++) {
-        const Triangle &t = triangles_[b.first + k];
+        const Triangle t = leaves_[first + done + k];
         const packed3 *corners[3] = {&t.v0, &t.v1, &t.v2};
         for (int c = 0; c < 3; c++) {
           b.corner[c][0][k] = corners[c]->x;
@@ -268,7 +267,7 @@ class Collapser {
         }
         b.primitive[k] = t.primitive;
         b.instance[k] = t.instance;
-        b.visibility[k] = t.instance == NONE ? RAY_ALL : uint16_t(t.slot >> 16 & RAY_ALL);
+        b.visibility[k] = t.instance == NONE ? RAY_ALL : uint16_t(t.flags >> 16 & RAY_ALL);
       }
       if (done + BLOCK >= count) b.count |= LAST_IN_LEAF;
     }
@@ -276,7 +275,7 @@ class Collapser {
 
   const Bvh2Node *nodes_;
   uint32_t node_count_;
-  const Triangle *triangles_;
+  const LeafTriangles &leaves_;
   int threads_;
   std::unique_ptr<Choice[]> choices_;
   std::vector<Range> ranges_;
@@ -287,7 +286,7 @@ class Collapser {
 
 }  // namespace
 
-WideTree make_wide_tree(const Bvh2Node *nodes, size_t node_count, const Triangle *triangles, const Instance *instances,
+WideTree make_wide_tree(const Bvh2Node *nodes, size_t node_count, const LeafTriangles &leaves, const Instance *instances,
                         size_t instance_count, uint32_t root, int threads) {
   std::vector<uint32_t> roots;
   for (size_t i = 0; i < instance_count; i++)
@@ -296,7 +295,7 @@ WideTree make_wide_tree(const Bvh2Node *nodes, size_t node_count, const Triangle
   std::sort(roots.begin(), roots.end());
   roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
   WideTree tree;
-  std::vector<uint32_t> placed = Collapser(nodes, node_count, triangles, threads).collapse(roots, tree);
+  std::vector<uint32_t> placed = Collapser(nodes, node_count, leaves, threads).collapse(roots, tree);
   auto wide = [&](uint32_t from) {
     if (from == NONE) return NONE;
     return placed[size_t(std::lower_bound(roots.begin(), roots.end(), from) - roots.begin())];

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "../kernels/scene_records.h"
 #include "huge_pages.h"
+#include "triangles.h"
 
 namespace isophote {
 
@@ -16,11 +16,10 @@ struct alignas(64) WideNode {
   uint32_t child[WIDTH];  /* references; REF_NODE counts wide nodes, REF_TRIANGLES blocks */
 };
 
-/* Up to four triangles that lie side by side in the scene's array, with all that a hit needs: their records are
- * not touched while a ray is on its way. Three cache lines. */
+/* Up to four triangles, with all that a hit needs: the mesh is not touched while a ray is on its way. Three cache
+ * lines. */
 struct alignas(64) TriangleBlock {
   float corner[3][3][BLOCK]; /* corner, axis, triangle */
-  uint32_t first;            /* in the scene's triangles */
   uint32_t count;            /* | LAST_IN_LEAF on the last block of a leaf */
   uint32_t primitive[BLOCK], instance[BLOCK];
   uint16_t visibility[BLOCK]; /* kinds of rays; all of them in object space, where the instance decides */
@@ -37,7 +36,7 @@ struct WideTree {
  * is least: for each node the best way to be a leaf, a wide node, or at most 2 to 7 children of the wide
  * node above is found from those of its halves (Ylitie, Karras and Laine 2017, "Efficient Incoherent Ray
  * Traversal on GPUs Through Compressed Wide BVHs", section 3.1). The result does not depend on threads. */
-WideTree make_wide_tree(const Bvh2Node *nodes, size_t node_count, const Triangle *triangles, const Instance *instances,
+WideTree make_wide_tree(const Bvh2Node *nodes, size_t node_count, const LeafTriangles &leaves, const Instance *instances,
                         size_t instance_count, uint32_t root, int threads);
 
 }  // namespace isophote

@@ -117,7 +117,7 @@ class Gatherer:
             self._mesh_of[key] = None if arrays is None else len(self.meshes)
             if arrays is not None:
                 self.meshes.append(arrays)
-                self._needed.append(int(arrays.slots.max()) + 1)
+                self._needed.append(1 if arrays.slots is None else int(arrays.slots.max()) + 1)
         return self._mesh_of[key]
 
     def slots_of(self, ob, needed: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -28,9 +29,10 @@ def leaf_limit(triangles: int):
 
 
 def ready_with_leaves(scene: Scene, triangles: int) -> Prepared:
-    """A prepared scene whose leaves hold at most so many triangles."""
+    """A prepared scene, with all buffers, whose leaves hold at most so many triangles."""
     with leaf_limit(triangles):
-        return prepare(clean(scene)[0])
+        prepared = prepare(clean(scene)[0])
+        return replace(prepared, buffers=prepared.traced())
 
 
 @lru_cache(maxsize=4)
@@ -87,8 +89,9 @@ def make_room(triangles: int, size: int = 64) -> Scene:
     return make_scene(
         resolution=(size, size), camera_kind=0, camera_to_world=np.eye(3, 4), camera_window=(-0.5, 0.5, -0.5, 0.5),
         camera_clip=(1e-3, 1e4), vertices=corners.reshape(-1, 3), triangles=np.arange(3 * len(corners)).reshape(-1, 3),
-        triangle_slots=slots, mesh_triangles=(0, len(corners)), mesh_normals=(-1,), instance_mesh=(0,),
-        instance_to_world=np.eye(3, 4)[None], instance_slots=(0,), instance_visibility=(31,),
+        triangle_slots=slots, mesh_vertices=(0, 3 * len(corners)), mesh_triangles=(0, len(corners)),
+        mesh_normals=(-1,), instance_mesh=(0,), instance_to_world=np.eye(3, 4)[None], instance_slots=(0,),
+        instance_visibility=(31,),
         slot_materials=np.arange(len(colours)), material_first=np.arange(len(colours) + 1),
         instruction_op=[s[0] for s in steps], instruction_weight=[s[1] for s in steps],
         instruction_params=[s[2] for s in steps])
