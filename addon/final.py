@@ -72,9 +72,7 @@ def render_layer(engine, depsgraph) -> None:
     with ThreadPoolExecutor(1, "isophote") as worker:
         engine.update_stats("", "Isophote: preparing")
         names = blender_scene.name, view_layer.name
-        follows = engine.is_animation or blender_scene.render.use_persistent_data
-        future = worker.submit(Session, scene, settings, kept=None if engine.is_preview else kept.take(*names),
-                               frames_follow=follows and not engine.is_preview)
+        future = worker.submit(Session, scene, settings, kept=None if engine.is_preview else kept.take(*names))
         del scene  # the session lets go of what it does not render
         session = prepared(engine, future)
         with session:

@@ -26,9 +26,10 @@ from pathlib import Path
 import numpy as np
 
 from isophote import _native
-from isophote.geometry import BOX_MARGIN, ITEM_COST, MAX_LEAF, MESH_USE, plain
+from isophote.geometry import MESH_USE, plain
 from isophote.records import numbers, records
 from isophote.scene import load_scene
+from isophote.trees import BOX_MARGIN, ITEM_COST, MAX_LEAF
 from isophote.validate import clean
 
 QUALITIES = {"medium": 1, "high": 2}
@@ -109,7 +110,7 @@ def build_ours(vertices: np.ndarray, triangles: np.ndarray, threads: int) -> dic
         _native.make_tree, meshes, all_, none, none, no_items, BOX_MARGIN, ITEM_COST, MAX_LEAF, threads)
     _, placing = timed(place, meshes, order, last, threads)
     wide, collapse = timed(
-        _native.make_wide_tree, meshes, nodes, order, last, np.zeros(0, np.uint8), root, threads)
+        _native.make_wide_tree, meshes, [(nodes, order, last, root)], no_items, threads)
     stages = _native.time_tree(meshes, all_, BOX_MARGIN, ITEM_COST, MAX_LEAF, threads)
     seconds = dict(zip(("boxes", "split", "join"), stages, strict=True))
     return {"seconds": {**seconds, "tree": tree, "records": placing, "collapse": collapse}, "total": tree + collapse,

@@ -5,7 +5,7 @@
 `cpu` is all that a render of a still on the CPU holds of the scene, each array once: what shading reads (`meshes` of
 it in vertices, indices, normals and slots) and the CPU's `tree`; the scene's own arrays are gone by then but for those
 that are read as they are. `resident` is what the process has grown by from before the scene was loaded until a sample
-of 64 x 64 pixels is rendered: also code, film and paths. `cpu_animation` keeps the BVH2 for the next frame. `device`
+of 64 x 64 pixels is rendered: also code, film and paths. `device`
 is what the OpenCL device holds of the scene, `device_host` what the host keeps meanwhile. `peak` is the most that
 preparing and building took, with the loaded scene (Linux).
 `cycles` and `cycles_peak` are what Cycles itself says on its CPU ("Mem", with Embree's tree), for .blend
@@ -48,10 +48,9 @@ def trimmed() -> int:
     return resident("VmRSS")
 
 
-def rendering(scene: Scene, spec: str, follows: bool = False) -> tuple[Session, dict[str, int]]:
+def rendering(scene: Scene, spec: str) -> tuple[Session, dict[str, int]]:
     """A session that has rendered a sample, and what it holds in bytes by name."""
-    session = Session(resized(scene, (64, 64)), Settings(device=spec, samples=1, wait_for_kernels=True),
-                      frames_follow=follows)
+    session = Session(resized(scene, (64, 64)), Settings(device=spec, samples=1, wait_for_kernels=True))
     session.run()
     assert session.scene_hash  # the scene's arrays are gone
     geometry = session.prepared.geometry.bytes
@@ -72,9 +71,6 @@ def measure(path: Path, spec: str) -> dict:
             "cpu": held["host"]}
     del scene
     row["resident"] = trimmed() - empty
-    session.close()
-    session, held = rendering(load_scene(path), "openmp", follows=True)
-    row["cpu_animation"] = held["host"]
     session.close()
     try:
         session, held = rendering(load_scene(path), spec)
@@ -104,7 +100,7 @@ def row_of(path: Path, spec: str) -> dict:
         done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     held = json.loads(done.stdout.splitlines()[-1]) | held
     triangles = held["triangles"]
-    names = ("meshes", "tree", "cpu", "resident", "cpu_animation", "device", "device_host", "peak", "cycles",
+    names = ("meshes", "tree", "cpu", "resident", "device", "device_host", "peak", "cycles",
              "cycles_peak")
     each = {f"{name}_a_triangle": round(held[name] / triangles, 1) for name in names if name in held}
     return {"scene_name": path.stem, **held, **each}

@@ -1,17 +1,15 @@
 """Meshes of a scene as kernels read them, and the trees over them.
 
 Vertices of meshes with one user are moved to world space, so that only true instances cost a change of space; tracing
-and shading see the same float32 positions. The trees are BVH2s: an OpenCL device traces them as they are, with a
-record for each triangle of their leaves; for the CPU they are collapsed to the wide tree and are then only needed for
-frames that follow.
+and shading see the same float32 positions. OpenCL devices trace BVH2s (trees.py) as they are, with a record for each
+triangle of their leaves; the CPU has a wide tree. Each kind is made when it is first asked for.
 
-What was made for another frame is used again: all of it where nothing that it depends on has changed, else the
-trees whose counts are the same, with new boxes. Hits do not depend on the tree, so no bit of a picture does.
+What was made for another frame is used again: all of it where nothing that it depends on has changed, else trees
+with new boxes. Hits do not depend on the tree, so no bit of a picture does.
 """
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -20,58 +18,21 @@ import numpy as np
 from isophote import _native
 from isophote.records import make_records, numbers, records
 from isophote.scene import Scene
+from isophote.trees import NOTHING, THREADS, WORLD, Before, Content, Tree, make_tree, make_wide_tree
 
-BOX_MARGIN = 2.0**-20  # relative to the largest coordinate of a box: 16 roundings of float32
-MAX_LEAF = 4  # triangles; larger leaves only where the surface area heuristic cannot tell them apart
-ITEM_COST = 1.0  # of testing a triangle, where a node of the BVH2 costs 1: lower means larger leaves, fewer nodes
-REFIT_COST = 1.1  # of a tree with new boxes, by the surface area heuristic, over the cost when it was built
 # What meshes, trees and records are made of; the scene's other arrays may change and they stay.
 OF_MESHES = ("vertices", "triangles", "mesh_vertices", "mesh_triangles")
 OF_TREES = (*OF_MESHES, "instance_mesh", "instance_to_world", "instance_visibility", "sphere_center", "sphere_radius",
             "sphere_visibility")
 INPUTS = (*OF_TREES, "triangle_slots", "normals", "mesh_normals", "instance_slots", "sphere_material")
-WORLD = -1
 # How a mesh comes into the space of its tree, as native/triangles.h has it (struct MeshUse).
 MESH_USE = np.dtype([("instance", "<u4"), ("visibility", "<u4"), ("mirrored", "<u4"), ("unused", "<u4"),
                      ("to_world", "<f8", 12), ("to_object", "<f8", 9)])
-THREADS = os.cpu_count() or 1
-
-
-@dataclass
-class Content:
-    """What a tree is over: all triangles of the meshes `members`, of which [first, end) are the numbers, and other
-    things by boxes float32 (n, 3) and references, ascending. `mesh`: in whose space, or WORLD."""
-
-    mesh: int
-    members: np.ndarray
-    first: np.ndarray
-    end: np.ndarray
-    lo: np.ndarray
-    hi: np.ndarray
-    reference: np.ndarray
-
-    @property
-    def triangle_count(self) -> int:
-        return int((self.end - self.first).sum())
-
-
-@dataclass
-class Tree:
-    """A BVH2. Its references to nodes and triangles count from 0 (Geometry.joined); `order` are the primitives of its
-    leaves, one after the other, `last` says which end one. A triangle that is in several leaves is there several times.
-    """
-
-    content: Content
-    nodes: np.ndarray
-    order: np.ndarray
-    last: np.ndarray
-    root: int
-    built_cost: float = 0.0  # by the surface area heuristic, 0 until it is asked for
 
 
 @dataclass
 class Joined:
-    """All trees of a scene as one: records of nodes, primitives and ends of leaves, instances with their trees' roots,
+    """All BVH2s of a scene as one: records of nodes, primitives and ends of leaves, instances with their trees' roots,
     and the world's root."""
 
     nodes: np.ndarray
@@ -83,19 +44,20 @@ class Joined:
 
 @dataclass
 class Geometry:
-    """Buffers by name (kernels/scene_buffers.h, without those that only tracing reads), what trees are over, the trees,
-    and fingerprints of what all was made of.
+    """Buffers by name (kernels/scene_buffers.h, without those that only tracing reads), what trees are over, and
+    fingerprints of what all was made of.
 
-    `trees` is None once they have been dropped; who needs them again builds them again. Roots in the buffer
-    `instances` only say who has a tree of its own: Joined has the numbers.
+    `trees` are the BVH2s that there are, by number; who needs others makes them. Roots in the buffer `instances` only
+    say who has a tree of its own: Joined has the numbers.
     """
 
     buffers: dict[str, np.ndarray]
     meshes: _native.Meshes
     instance_mesh: np.ndarray
     contents: list[Content]
-    trees: list[Tree] | None
-    inputs: dict[str, tuple] = field(default_factory=dict)
+    inputs: dict[str, tuple]
+    before: Before = NOTHING
+    trees: dict[int, Tree] = field(default_factory=dict)
 
     def changes(self, scene: Scene) -> set[str]:
         """Those of INPUTS that a scene does not have in common with it, to the last bit."""
@@ -107,22 +69,42 @@ class Geometry:
     @property
     def bytes(self) -> dict[str, int]:
         """Of memory, by name: what shading reads, the BVH2s, the CPU's tree."""
-        held = {"meshes": sum(array.nbytes for array in self.buffers.values()),
-                "bvh2": sum(tree.nodes.nbytes + tree.order.nbytes + tree.last.nbytes for tree in self.trees or [])}
-        return held | {"wide_tree": sum(self.wide_tree.bytes.values()) if "wide_tree" in vars(self) else 0}
+        trees = [*self.trees.values(), *self.before.trees.values()]
+        wide = [tree for tree in (vars(self).get("wide_tree"), self.before.wide_tree) if tree]
+        return {"meshes": sum(array.nbytes for array in self.buffers.values()),
+                "bvh2": sum(tree.nodes.nbytes + tree.order.nbytes + tree.last.nbytes for tree in trees),
+                "wide_tree": sum(sum(tree.bytes.values()) for tree in wide)}
+
+    def tree(self, number: int) -> Tree:
+        """The BVH2 over a content."""
+        if number not in self.trees:
+            self.trees[number] = make_tree(self.meshes, self.contents[number], self.before)
+        return self.trees[number]
 
     def bvh2(self) -> list[Tree]:
-        """The trees, built again where they have been dropped."""
-        if self.trees is None:
-            self.trees = [build(self.meshes, content) for content in self.contents]
-        return self.trees
+        return [self.tree(number) for number in range(len(self.contents))]
 
-    def drop_trees(self) -> None:
-        """Give back what only OpenCL devices and frames that follow have use for."""
-        self.trees = None
+    @cached_property
+    def wide_tree(self):
+        """The CPU's own tree over the same things."""
+        number_of = {content.mesh: number for number, content in enumerate(self.contents)}
+        tree_of = np.array([number_of.get(mesh, numbers()["NONE"]) for mesh in self.instance_mesh.tolist()], np.uint32)
+        return make_wide_tree(self.meshes, self.contents, tree_of, self.before, self.tree)
+
+    def settle(self, keep_bvh2: bool) -> None:
+        """Let go of what has been of use: trees of the frame before, and the BVH2s where no device traces them."""
+        self.before = NOTHING
+        if not keep_bvh2:
+            self.trees = {}
+
+    def as_before(self, same_meshes: bool) -> Before:
+        """What it has for the next frame."""
+        trees = {tree.content.mesh: tree for tree in self.trees.values()}
+        contents = {content.mesh: content for content in self.contents}
+        return Before(trees, contents, vars(self).get("wide_tree"), same_meshes)
 
     def joined(self) -> Joined:
-        """The trees one after the other."""
+        """The BVH2s one after the other."""
         n, trees = numbers(), self.bvh2()
         first_node = np.cumsum([0] + [len(tree.nodes) // records()["Bvh2Node"].itemsize for tree in trees])
         first_triangle = np.cumsum([0] + [len(tree.order) for tree in trees])
@@ -143,17 +125,10 @@ class Geometry:
                       together([tree.last for tree in trees]), instances, roots[WORLD])
 
     def traced_sizes(self) -> dict[str, int]:
-        """Bytes of `traced`, by buffer."""
+        """Bytes of nodes and triangles, by buffer, as Joined and `leaf_records` have them."""
         trees = self.bvh2()
         return {"nodes": sum(tree.nodes.nbytes for tree in trees),
                 "triangles": sum(len(tree.order) for tree in trees) * records()["Triangle"].itemsize}
-
-    @cached_property
-    def wide_tree(self):
-        """The CPU's own tree over the same things."""
-        all_ = self.joined()
-        return _native.make_wide_tree(self.meshes, plain(all_.nodes), all_.order, all_.last, plain(all_.instances),
-                                      all_.root, THREADS)
 
     def leaf_records(self, joined: Joined) -> np.ndarray:
         """A Triangle record for each triangle of the leaves, in their order."""
@@ -196,17 +171,18 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     buffers = {"vertices": vertices, "indices": scene.triangles, "normals": baked_normals(scene, uses),
                "slots": scene.triangle_slots, "spheres": spheres, "instances": instances}
     if same_trees:
-        made = Geometry(buffers, kept.meshes, scene.instance_mesh, kept.contents, kept.trees, inputs)
+        made = Geometry(buffers, kept.meshes, scene.instance_mesh, kept.contents, inputs, trees=kept.trees)
         if "wide_tree" in vars(kept):
             made.wide_tree = kept.wide_tree
         return made
     meshes = _native.Meshes(vertices, scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
     contents = [content_of(scene, mesh, [mesh]) for mesh in np.flatnonzero(users > 1).tolist()]
     contents.append(world_content(scene, users, spheres, instances))
-    old = {tree.content.mesh: tree for tree in kept.trees or []} if kept else {}
-    same_meshes = changes.isdisjoint(OF_MESHES)
-    trees = [made_tree(meshes, content, old.get(content.mesh), same_meshes) for content in contents]
-    return Geometry(buffers, meshes, scene.instance_mesh, contents, trees, inputs)
+    before = kept.as_before(changes.isdisjoint(OF_MESHES)) if kept else NOTHING
+    made = Geometry(buffers, meshes, scene.instance_mesh, contents, inputs, before)
+    if not before.wide_tree:
+        made.bvh2()
+    return made
 
 
 # ------------------------------------------------------------------ meshes
@@ -248,14 +224,14 @@ def baked_normals(scene: Scene, uses: np.ndarray) -> np.ndarray:
     return made
 
 
+# ------------------------------------------------------------------ what trees are over
+
+
 def mesh_boxes(scene: Scene) -> np.ndarray:
     """Lowest and highest corner of each mesh's triangles in object space, float32 (M, 2, 3); 0 where it has none."""
     boxes = np.empty((len(scene.mesh_normals), 2, 3), np.float32)
     _native.find_mesh_boxes(scene.vertices, scene.triangles, scene.mesh_triangles, THREADS, boxes)
     return boxes
-
-
-# ------------------------------------------------------------------ trees
 
 
 def content_of(scene: Scene, mesh: int, members, lo=(), hi=(), reference=()) -> Content:
@@ -275,39 +251,6 @@ def world_content(scene: Scene, users: np.ndarray, spheres: np.ndarray, instance
     reference = [np.arange(len(spheres)) | n["REF_SPHERE"] << 30, placed | n["REF_INSTANCE"] << 30]
     return content_of(scene, WORLD, np.flatnonzero(users == 1), np.concatenate([center - radius, lo]),
                       np.concatenate([center + radius, hi]), np.concatenate(reference))
-
-
-def made_tree(meshes, content: Content, kept: Tree | None, same_meshes: bool) -> Tree:
-    """The kept tree as it is where that still serves, or with new boxes, else a new one."""
-    if kept and same_meshes and content.mesh != WORLD:
-        return kept
-    return (refit(meshes, content, kept) if kept else None) or build(meshes, content)
-
-
-def build(meshes, content: Content) -> Tree:
-    """A new tree."""
-    # Boxes are wider by the roundings of triangle_hit, which go with the largest coordinate: else a ray in the
-    # plane of a flat box, or one that meets coincident triangles, would find a hit in one tree and not in another.
-    nodes, order, last, root, _ = _native.make_tree(
-        meshes, content.members, content.lo, content.hi, content.reference, BOX_MARGIN, ITEM_COST, MAX_LEAF, THREADS)
-    if len(content.reference):
-        triangles = order < meshes.triangle_count
-        order, last = order[triangles], last[triangles]
-    return Tree(content, nodes, order, last, root)
-
-
-def refit(meshes, content: Content, kept: Tree) -> Tree | None:
-    """The kept tree around what its leaves hold now; None where triangles have other numbers or are in several leaves
-    (in pieces no longer theirs), or where its cost has grown too much."""
-    before = kept.content
-    same = all(np.array_equal(getattr(before, name), getattr(content, name)) for name in ("first", "end", "reference"))
-    if not same or len(kept.order) != content.triangle_count:
-        return None
-    nodes = kept.nodes.copy()
-    old_cost, cost = _native.refit_tree(meshes, nodes, kept.root, kept.order, kept.last, content.lo, content.hi,
-                                        content.reference, BOX_MARGIN, THREADS)
-    made = Tree(content, nodes, kept.order, kept.last, kept.root, kept.built_cost or old_cost)
-    return made if cost <= REFIT_COST * made.built_cost else None
 
 
 # ------------------------------------------------------------------ spheres and instances

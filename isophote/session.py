@@ -51,15 +51,14 @@ class Session:
     A `film` given is rendered on from where it ends: settings.samples count from its first sample.
     A `device` given is used and not opened; the session closes it either way. `kept` is the geometry of another
     session (its `prepared.geometry`): what the scenes have in common is used again, without changing a bit.
-    `frames_follow` says that the geometry will be another session's `kept`: else the CPU alone gives back the
-    BVH2s once it has its own tree. Of the scene nothing is held but what is rendered.
+    Of the scene nothing is held but what is rendered.
     Raises SceneError for a scene that cannot be rendered, SceneTooLarge for one that does not fit, DeviceError
     for a device that cannot be opened, FilmError for a film of another region or kind, ValueError for settings
     that do not fit.
     """
 
     def __init__(self, scene: Scene, settings: Settings, device: Device | None = None, film: Film | None = None,
-                 kept: Geometry | None = None, frames_follow: bool = False):
+                 kept: Geometry | None = None):
         started = time.perf_counter()
         self.settings, self.device = settings, device
         self._cancel = threading.Event()
@@ -102,8 +101,7 @@ class Session:
             raise
         except DeviceError as error:
             self.fall_back(error)
-        if self.device.kind == "openmp" and not frames_follow:
-            self.prepared.geometry.drop_trees()
+        self.prepared.geometry.settle(keep_bvh2=self.device.kind != "openmp")
         self.setup_seconds = time.perf_counter() - started - self.build_seconds - self.device.compile_seconds
 
     @property

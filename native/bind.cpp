@@ -160,12 +160,41 @@ std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
   return p;
 }
 
-WideTree wide_tree(const MeshArrays &meshes, Bytes nodes, Uints order, Bytes last, Bytes instances, uint32_t root,
-                   int threads) {
-  LeafTriangles leaves = meshes.leaves(order, last);
+/* `sources`: (nodes, order, last, root) of a BVH2, or (wide tree, number of its part). */
+WideTree wide_tree(const MeshArrays &meshes, nb::list sources, Uints tree_of, int threads) {
+  std::vector<WideSource> all;
+  for (nb::handle each : sources) {
+    auto source = nb::cast<nb::tuple>(each);
+    if (source.size() == 2) {
+      const auto *kept = nb::cast<const WideTree *>(source[0]);
+      all.push_back({nullptr, 0, {}, NONE, kept, nb::cast<size_t>(source[1])});
+      if (all.back().part >= kept->parts.size()) throw std::invalid_argument("make_wide_tree: no such part");
+    } else {
+      auto nodes = nb::cast<Bytes>(source[0]); /* the tuple keeps the arrays */
+      all.push_back({reinterpret_cast<const Bvh2Node *>(nodes.data()), nodes.size() / sizeof(Bvh2Node),
+                     meshes.leaves(nb::cast<Uints>(source[1]), nb::cast<Bytes>(source[2])), nb::cast<uint32_t>(source[3]),
+                     nullptr, 0});
+    }
+  }
+  for (size_t i = 0; i < tree_of.size(); i++)
+    if (tree_of.data()[i] != NONE && tree_of.data()[i] >= all.size()) throw std::invalid_argument("make_wide_tree: no such tree");
+  if (all.empty()) throw std::invalid_argument("make_wide_tree: no tree");
   nb::gil_scoped_release release;
-  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), nodes.size() / sizeof(Bvh2Node), leaves,
-                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root, threads);
+  return make_wide_tree(all, tree_of.data(), tree_of.size(), threads);
+}
+
+nb::tuple refit_wide(const MeshArrays &meshes, WideTree &tree, size_t part, Floats lo, Floats hi, Uints reference,
+                     float margin, int threads) {
+  size_t count = reference.shape(0);
+  if (part >= tree.parts.size() || lo.shape(0) != count || hi.shape(0) != count)
+    throw std::invalid_argument("refit_wide_tree: no such part, or not a box for each reference");
+  Leaves leaves{{meshes.view(), nullptr, nullptr, 0}, reference.data(), lo.data(), hi.data(), count, margin};
+  double cost;
+  {
+    nb::gil_scoped_release release;
+    cost = refit_part(tree, part, leaves, threads);
+  }
+  return nb::make_tuple(tree.parts[part].built_cost, cost);
 }
 
 bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
@@ -300,10 +329,13 @@ NB_MODULE(_native, m) {
         nb::arg("margin"), nb::arg("item_cost"), nb::arg("max_leaf"), nb::arg("threads"));
   m.def("time_tree", &time_tree, nb::arg("meshes"), nb::arg("members"), nb::arg("margin"), nb::arg("item_cost"),
         nb::arg("max_leaf"), nb::arg("threads"));
-  nb::class_<WideTree>(m, "WideTree").def_prop_ro("bytes", &wide_bytes);
+  nb::class_<WideTree>(m, "WideTree")
+      .def_prop_ro("bytes", &wide_bytes)
+      .def("triangles", [](const WideTree &tree, size_t part) { return tree.parts.at(part).triangles; }, nb::arg("part"));
   m.def("batch_bytes", [](const std::string &variant) { return find_variant(variant).batch_bytes(); }, nb::arg("variant"));
-  m.def("make_wide_tree", &wide_tree, nb::arg("meshes"), nb::arg("nodes"), nb::arg("order"), nb::arg("last"),
-        nb::arg("instances"), nb::arg("root"), nb::arg("threads"));
+  m.def("make_wide_tree", &wide_tree, nb::arg("meshes"), nb::arg("sources"), nb::arg("tree_of"), nb::arg("threads"));
+  m.def("refit_wide_tree", &refit_wide, nb::arg("meshes"), nb::arg("tree"), nb::arg("part"), nb::arg("lo"), nb::arg("hi"),
+        nb::arg("reference"), nb::arg("margin"), nb::arg("threads"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
         nb::arg("sums"), nb::arg("rays"), nb::arg("cancelled"));
   m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),

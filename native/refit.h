@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "triangles.h"
+#include "wide_tree.h"
 
 namespace isophote {
 
@@ -24,5 +24,9 @@ struct TreeCost {
 /* Gives all nodes, from the root on, the boxes of what lies below them now. Trees stay correct whatever has moved;
  * how good they still are, the costs tell. Lauterbach et al. 2006, "RT-DEFORM". */
 TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int threads);
+
+/* The same for a part of a wide tree: its triangles too come from the meshes anew. Of `leaves`, order and last are not
+ * looked at. Returns the part's cost. */
+double refit_part(WideTree &tree, size_t part, const Leaves &leaves, int threads);
 
 }  // namespace isophote

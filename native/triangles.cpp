@@ -46,18 +46,22 @@ const MeshUse &Meshes::use_of(uint32_t primitive) const {
   return uses[size_t(std::upper_bound(first, first + count + 1, primitive) - first) - 1];
 }
 
-Triangle LeafTriangles::operator[](size_t place) const {
-  uint32_t primitive = order[place];
-  const MeshUse &use = meshes.use_of(primitive);
-  const float *a = meshes.corner(primitive, 0), *b = meshes.corner(primitive, use.mirrored ? 2 : 1);
-  const float *c = meshes.corner(primitive, use.mirrored ? 1 : 2);
+Triangle Meshes::record(uint32_t primitive) const {
+  const MeshUse &use = use_of(primitive);
+  const float *a = corner(primitive, 0), *b = corner(primitive, use.mirrored ? 2 : 1), *c = corner(primitive, use.mirrored ? 1 : 2);
   Triangle t;
   t.v0 = {a[0], a[1], a[2]};
   t.v1 = {b[0], b[1], b[2]};
   t.v2 = {c[0], c[1], c[2]};
   t.primitive = primitive;
   t.instance = use.instance;
-  t.flags = use.visibility << 16 | (last[place] ? LAST_IN_LEAF : 0u);
+  t.flags = use.visibility << 16;
+  return t;
+}
+
+Triangle LeafTriangles::operator[](size_t place) const {
+  Triangle t = meshes.record(order[place]);
+  t.flags |= last[place] ? LAST_IN_LEAF : 0u;
   return t;
 }
 

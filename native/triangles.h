@@ -28,6 +28,7 @@ struct Meshes {
 
   size_t triangle_count() const { return first[count]; }
   const MeshUse &use_of(uint32_t primitive) const;
+  Triangle record(uint32_t primitive) const; /* not LAST_IN_LEAF */
   const float *corner(uint32_t primitive, int k) const { return vertices + 3 * size_t(triangles[3 * size_t(primitive) + size_t(k)]); }
 };
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from isophote import geometry
+from isophote import trees
 from isophote.materials import PARAMS, make_instruction
 from isophote.prepare import Prepared, prepare
 from isophote.scene import Scene, load_scene, make_scene, resized
@@ -21,11 +21,11 @@ ROOM = "room"  # room:N is a room with about N triangles
 @contextmanager
 def leaf_limit(triangles: int):
     """Trees that are built within have at most so many items in a leaf."""
-    usual, geometry.MAX_LEAF = geometry.MAX_LEAF, triangles
+    usual, trees.MAX_LEAF = trees.MAX_LEAF, triangles
     try:
         yield
     finally:
-        geometry.MAX_LEAF = usual
+        trees.MAX_LEAF = usual
 
 
 def ready_with_leaves(scene: Scene, triangles: int) -> Prepared:
@@ -48,7 +48,7 @@ def prepared_scene(folder: Path, name: str, size: int, single_leaves: bool) -> P
     scene = scene_named(folder, name)
     width, height = (int(n) for n in scene.resolution)
     scene = resized(scene, (size, max(1, round(size * height / width))))
-    return ready_with_leaves(scene, 1 if single_leaves else geometry.MAX_LEAF)
+    return ready_with_leaves(scene, 1 if single_leaves else trees.MAX_LEAF)
 
 
 # ------------------------------------------------------------------ rooms

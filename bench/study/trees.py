@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
 
 from bench.study.variant import Variant
-from isophote.geometry import Geometry, Joined
+from isophote import _native
+from isophote.geometry import Geometry, Joined, plain
 from isophote.prepare import Prepared
 from isophote.records import fields_of, numbers, records
+from isophote.trees import THREADS
 
 HUGE = np.float32(3e38)  # a box that every ray enters
 MARGIN = 2.0**-12  # of a step
@@ -80,7 +82,7 @@ def with_roots(prepared: Prepared, new: dict[int, int], **buffers) -> Prepared:
     joined = Joined(made["nodes"], np.ascontiguousarray(triangles["primitive"]),
                     (triangles["flags"] & last != 0).astype(np.uint8), made["instances"], int(made["world"]["root"][0]))
     old = prepared.geometry
-    geometry = OtherTrees(made, old.meshes, old.instance_mesh, [], None, old.inputs, joined)
+    geometry = OtherTrees(made, old.meshes, old.instance_mesh, [], {}, given=joined)
     return replace(prepared, buffers=made, geometry=geometry)
 
 
@@ -92,6 +94,15 @@ class OtherTrees(Geometry):
 
     def joined(self) -> Joined:
         return self.given
+
+    @cached_property
+    def wide_tree(self):
+        n, given = numbers(), self.given
+        own = given.instances["root"]
+        shared = np.unique(own[own != n["NONE"]])
+        tree_of = np.where(own == n["NONE"], n["NONE"], np.searchsorted(shared, own)).astype(np.uint32)
+        sources = [(plain(given.nodes), given.order, given.last, int(root)) for root in [*shared, given.root]]
+        return _native.make_wide_tree(self.meshes, sources, tree_of, THREADS)
 
 
 def levels(nodes: np.ndarray, root: int):

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from isophote import _native, geometry
+from isophote import _native, geometry, trees
 from isophote.records import numbers
 from tests.scenes import Builder, ball, box, diffuse, place, quad, ready
 
@@ -183,7 +183,7 @@ def test_occlusion_is_whether_there_is_a_hit(kind, tree):
 def test_no_tree_and_a_deep_one(kind, max_leaf, monkeypatch):
     """Leaves of one item; and one leaf for each kind that holds all: brute force."""
     rays, _, _, closest = traced(kind)
-    monkeypatch.setattr(geometry, "MAX_LEAF", max_leaf)
+    monkeypatch.setattr(trees, "MAX_LEAF", max_leaf)
     data, wide = bytes_and_tree(ready(scene_of(kind)))
     some = np.random.default_rng(8).permutation(len(rays))[:8000 if max_leaf > 1 else None]
     np.testing.assert_array_equal(hits(data, None, rays[some]), closest[some])

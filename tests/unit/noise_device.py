@@ -10,7 +10,7 @@ from isophote.scene import make_scene
 
 
 class NoGeometry:
-    def drop_trees(self):
+    def settle(self, keep_bvh2):
         pass
 
 

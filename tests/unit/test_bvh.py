@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from isophote import _native
-from isophote.geometry import ITEM_COST, MESH_USE
+from isophote.geometry import MESH_USE
 from isophote.records import numbers, records
+from isophote.trees import ITEM_COST
 from tests.scenes import ball
 from tests.scenes import box as scene_box
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from noise_device import tiny_scene
 
-from isophote import geometry
+from isophote import geometry, trees
 from isophote.geometry import make_geometry
 from isophote.prepare import prepare
 from isophote.records import numbers
@@ -202,9 +202,8 @@ def test_every_input_counts():
 def test_trees_of_instances_stay_when_they_move():
     kept = make_geometry(some_scene())
     made = make_geometry(some_scene(0.1), kept)
-    assert [tree.content.mesh for tree in made.trees] == [2, 3, geometry.WORLD]
-    assert all(tree is old for tree, old in zip(made.trees[:2], kept.trees, strict=False))
-    assert made.trees[2] is not kept.trees[2]
+    assert [tree.content.mesh for tree in made.bvh2()] == [2, 3, trees.WORLD]
+    assert all(made.trees[k] is kept.trees[k] for k in range(2)) and made.trees[2] is not kept.trees[2]
 
 
 def test_boxes_of_trees_that_are_used_again_are_those_of_new_ones():
@@ -224,19 +223,48 @@ CHANGES = {"moved": dict(turn=0.02), "far": dict(turn=2.0), "deformed": dict(bum
            "finer": dict(rings=13), "less": dict(count=1)}
 
 
+@pytest.mark.parametrize("left", ["bvh2", "wide", "both"])
 @pytest.mark.parametrize("change", CHANGES)
-def test_pictures_with_and_without_what_was_kept_have_the_same_bits(change, monkeypatch):
+def test_pictures_with_and_without_what_was_kept_have_the_same_bits(change, left, monkeypatch):
     first, second = some_scene(), some_scene(**CHANGES[change])
     kept = make_geometry(first)
     before = {name: array.tobytes() for name, array in everything(kept).items()}
+    if left != "bvh2":
+        assert kept.wide_tree
+        kept.settle(keep_bvh2=left == "both")
     wanted = sums(render(second, 16))
-    for limit in (geometry.REFIT_COST, 1e9):  # as it is, and with trees that have become bad ones
-        monkeypatch.setattr(geometry, "REFIT_COST", limit)
+    for limit in (trees.REFIT_COST, 0.0, 1e9):  # as it is, never, and with trees that have become bad ones
+        monkeypatch.setattr(trees, "REFIT_COST", limit)
         made = make_geometry(second, kept)
         monkeypatch.setattr("isophote.prepare.make_geometry", lambda scene, _=None, made=made: made)
         assert sums(render(second, 16)) == wanted
         monkeypatch.undo()
     assert before == {name: array.tobytes() for name, array in everything(kept).items()}, "what is kept stays as it is"
+
+
+@pytest.mark.parametrize("change", ["moved", "deformed"])
+def test_the_cpus_tree_gets_new_boxes_without_a_bvh2(change):
+    """Its hits are those of a new one; the parts of meshes that have not changed are copied."""
+    kept = make_geometry(some_scene())
+    assert kept.wide_tree
+    kept.settle(keep_bvh2=False)
+    scene = some_scene(**CHANGES[change])
+    made, new = make_geometry(scene, kept), make_geometry(scene)
+    assert made.wide_tree.bytes == kept.wide_tree.bytes and not made.trees
+    prepared = prepare(scene)
+    rng = np.random.default_rng(6)
+    direction = rng.normal(size=(5000, 3))
+    rays = np.concatenate([rng.uniform(-3, 3, (5000, 3)), direction / np.linalg.norm(direction, axis=1, keepdims=True),
+                           np.zeros((5000, 1)), np.full((5000, 1), 1e30)], axis=1).astype(np.float32)
+    data = [geometry.plain(array) for array in prepared.traced().values()]
+    variant = geometry._native.variants[0][0]
+    hits = [geometry._native.trace(variant, data, tree, rays, False, 2)
+            for tree in (made.wide_tree, new.wide_tree, None)]
+    assert (hits[0][1][:, 0] != N["NONE"]).mean() > 0.2
+    for other in hits[1:]:
+        assert all(np.array_equal(a, b) for a, b in zip(hits[0], other, strict=True))
+    made.settle(keep_bvh2=False)
+    assert set(made.bytes) == {"meshes", "bvh2", "wide_tree"} and made.bytes["bvh2"] == 0
 
 
 def test_trees_that_have_become_bad_are_built_anew():
@@ -255,7 +283,11 @@ def test_trees_that_have_become_bad_are_built_anew():
     shuffled = scattered(np.random.default_rng(1).permutation(36).tolist())
     made = make_geometry(shuffled, kept)
     assert same_buffers(made, make_geometry(shuffled)), "as built from nothing"
-    assert made.trees[-1].built_cost == 0.0
+    assert made.bvh2()[-1].built_cost == 0.0
+    assert kept.wide_tree
+    kept.settle(keep_bvh2=False)
+    made = make_geometry(shuffled, kept)
+    assert made.wide_tree.bytes == make_geometry(shuffled).wide_tree.bytes and made.trees, "built from nothing"
 
 
 def test_other_normals_leave_the_cpus_tree_as_it_is():
@@ -297,19 +329,18 @@ def test_trees_that_were_dropped_are_built_again():
     for scene in (some_scene(), wires()):
         made, dropped = make_geometry(scene), make_geometry(scene)
         wide = dropped.wide_tree
-        dropped.drop_trees()
+        dropped.settle(keep_bvh2=False)
         assert dropped.bytes["bvh2"] == 0 and dropped.bytes["wide_tree"] == sum(wide.bytes.values())
-        assert make_geometry(scene, dropped) is dropped and dropped.trees is None
+        assert make_geometry(scene, dropped) is dropped and not dropped.trees
         assert same_buffers(made, dropped)
-    dropped = make_geometry(some_scene())
-    dropped.drop_trees()
-    assert same_buffers(make_geometry(some_scene(0.1), dropped), make_geometry(some_scene(0.1)))
+    moved = make_geometry(wires(0.01), dropped)
+    assert moved.wide_tree.bytes == make_geometry(wires(0.01)).wide_tree.bytes, "no pieces of other triangles"
 
 
 def test_a_scene_with_other_slots_keeps_its_trees_without_asking_for_them():
     scene, kept = some_scene(), make_geometry(some_scene())
     wide = kept.wide_tree
-    kept.drop_trees()
+    kept.settle(keep_bvh2=False)
     scene.arrays["triangle_slots"] = np.zeros(len(scene.triangles), np.uint16)
     made = make_geometry(scene, kept)
-    assert made is not kept and made.trees is None and made.wide_tree is wide
+    assert made is not kept and not made.trees and made.wide_tree is wide
