@@ -97,6 +97,10 @@ class Geometry:
         if not keep_bvh2:
             self.trees = {}
 
+    def drop_wide_tree(self) -> None:
+        """Leave the CPU's tree to those who have taken it."""
+        vars(self).pop("wide_tree", None)
+
     def as_before(self, same_meshes: bool) -> Before:
         """What it has for the next frame."""
         trees = {tree.content.mesh: tree for tree in self.trees.values()}

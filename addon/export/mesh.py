@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isophote import _native
-
 from .. import compat
 
 
@@ -63,6 +61,8 @@ def read_mesh(mesh, name: str) -> MeshArrays | None:
 
 def split_vertices(vertices: np.ndarray, corner_vertices: np.ndarray, corner_normals: np.ndarray):
     """(vertices, vertex of each corner, normal of each vertex): a vertex is there once for each of its normals."""
+    from isophote import _native  # the add-on loads without it, to say what is wrong
+
     corner_vertices, added, normals = _native.split_vertices(
         corner_vertices, corner_normals, len(vertices), os.cpu_count() or 1)
     return (np.concatenate([vertices, vertices[added]]) if len(added) else vertices), corner_vertices, normals

@@ -13,6 +13,9 @@ class NoGeometry:
     def settle(self, keep_bvh2):
         pass
 
+    def drop_wide_tree(self):
+        pass
+
 
 @dataclass
 class Prepared:
