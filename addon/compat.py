@@ -88,48 +88,45 @@ def triangle_polygons(mesh, count: int) -> np.ndarray:
     return polygons
 
 
-def triangle_slots(mesh, count: int) -> np.ndarray:
-    """The material slot of each triangle, u4 [T]."""
+def triangle_slots(mesh, count: int) -> np.ndarray | None:
+    """The material slot of each triangle, u2 [T]; None where all are 0."""
     attribute = mesh.attributes.get("material_index")  # missing where every face has slot 0
     if attribute is None or attribute.domain != "FACE" or attribute.data_type != "INT":
-        return np.zeros(count, np.uint32)
+        return None
     slots = np.empty(len(mesh.polygons), np.int32)
     attribute.data.foreach_get("value", slots)
     if not slots.any():
-        return np.zeros(count, np.uint32)
-    slots = np.clip(slots, 0, 0xFFFF)
-    if count != len(slots):
-        slots = slots[triangle_polygons(mesh, count)]
-    return slots.astype(np.uint32)
+        return None
+    slots = np.clip(slots, 0, 0xFFFF).astype(np.uint16)
+    return slots if count == len(slots) else slots[triangle_polygons(mesh, count)]
 
 
-def triangle_normals(mesh, corners: np.ndarray, triangles: np.ndarray) -> np.ndarray | None:
-    """Unit corner normals of each triangle, f4 [T, 3, 3], or None where every face is flat.
+def corner_normals(mesh, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray | None:
+    """Unit normal of each corner, f4 [C, 3], or None where every face is flat.
 
-    `corners` and `triangles` are the corners and the vertices of each triangle, [T, 3].
+    `vertices` is the vertex of each corner, [C], `triangles` the corners of each triangle, [T, 3].
     """
+    normals = np.empty((len(mesh.loops), 3), np.float32)
     if hasattr(mesh, "corner_normals"):  # 4.1 and newer
         if mesh.normals_domain == "FACE":
             return None
-        normals = np.empty(3 * len(mesh.loops), np.float32)
-        mesh.corner_normals.foreach_get("vector", normals)
-        return np.take(normals.reshape(-1, 3), corners, axis=0)
+        mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
+        return normals
     smooth = np.empty(len(mesh.polygons), bool)
     mesh.polygons.foreach_get("use_smooth", smooth)
     if mesh.use_auto_smooth and (mesh.has_custom_normals or smooth.any()):
         mesh.calc_normals_split()
-        normals = np.empty(3 * len(mesh.loops), np.float32)
-        mesh.loops.foreach_get("normal", normals)
-        return np.take(normals.reshape(-1, 3), corners, axis=0)
+        mesh.loops.foreach_get("normal", normals.reshape(-1))
+        return normals
     if not smooth.any():
         return None
     # Without auto smooth a corner has its vertex' normal, or its face's where that is flat.
-    normals = np.take(read_all(mesh.vertex_normals, "vector", 3, np.float32), triangles, axis=0)
+    np.take(read_all(mesh.vertex_normals, "vector", 3, np.float32), vertices, axis=0, out=normals)
     if not smooth.all():
         faces = read_all(mesh.polygon_normals, "vector", 3, np.float32)
         polygons = triangle_polygons(mesh, len(triangles))
         flat = ~smooth[polygons]
-        normals[flat] = faces[polygons[flat]][:, None, :]
+        normals[triangles[flat]] = faces[polygons[flat]][:, None, :]
     return normals
 
 

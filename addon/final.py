@@ -76,7 +76,9 @@ def render_layer(engine, depsgraph) -> None:
         engine.update_stats("", "Isophote: preparing")
         names = blender_scene.name, view_layer.name
         geometry, device = (None, None) if engine.is_preview else kept.take(*names, settings)
-        session = prepared(engine, worker.submit(Session, scene, settings, device, kept=geometry))
+        future = worker.submit(Session, scene, settings, device, kept=geometry)
+        del scene, geometry  # the session lets go of what it does not render
+        session = prepared(engine, future)
         with session:
             shown = [] if engine.is_preview else log.notes(session.notes)
             finish = render_session(engine, worker, session, view_layer.name)

@@ -39,7 +39,7 @@ def take(scene: str, layer: str, settings: Settings) -> tuple[Geometry | None, D
 def keep(scene: str, layer: str, session: Session) -> bool:
     """Leave a session's geometry and device for the next frame, if there is room; False where there is not."""
     geometry = session.prepared.geometry
-    if geometry.bytes + sum(kept.bytes for kept in _geometries.values()) > SHARE * memory_of_machine():
+    if sum(sum(each.bytes.values()) for each in (geometry, *_geometries.values())) > SHARE * memory_of_machine():
         return False
     _geometries[scene, layer] = geometry
     close_device()

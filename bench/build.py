@@ -5,7 +5,7 @@
 Scenes are rooms of blobs made here, of `counts` triangles, and exported ones, all moved to world space. A round
 builds everything once, so that builders take turns; medians count. Prints a row of JSON for each scene, builder
 and number of threads. Ours: seconds of `boxes` (of the triangles), `split` (binning and moving them) and `join`
-(laying subtrees out), of which `tree` is the whole; of `records` (triangles in the order of the leaves, by numpy)
+(laying subtrees out), of which `tree` is the whole; of `records` (triangles in the order of the leaves, for OpenCL)
 and of `collapse` (to eight wide); the rate counts tree and collapse. `sah` is the expected cost of a random line
 with 1 a node and 1 a triangle; `bytes` are a triangle's. Embree (Debian's libembree-dev, with g++) commits a scene
 of one mesh, which is all of that. One thread's rate is that of a core.
@@ -26,9 +26,10 @@ from pathlib import Path
 import numpy as np
 
 from isophote import _native
-from isophote.geometry import BOX_MARGIN, MAX_LEAF
-from isophote.records import make_records, numbers, records
+from isophote.geometry import MESH_USE, plain
+from isophote.records import numbers, records
 from isophote.scene import load_scene
+from isophote.trees import BOX_MARGIN, ITEM_COST, MAX_LEAF
 from isophote.validate import clean
 
 QUALITIES = {"medium": 1, "high": 2}
@@ -74,11 +75,18 @@ def timed(function, *arguments):
     return made, time.perf_counter() - started
 
 
-def place(corners: np.ndarray, order: np.ndarray, last: np.ndarray) -> np.ndarray:
+def one_mesh(vertices: np.ndarray, triangles: np.ndarray):
+    """A mesh in world space, for the builders."""
+    use = np.zeros(1, MESH_USE)
+    use["visibility"] = numbers()["RAY_ALL"]
+    return _native.Meshes(vertices, triangles, np.array([0, len(triangles)], np.uint32), use.view(np.uint8))
+
+
+def place(meshes, order: np.ndarray, last: np.ndarray, threads: int) -> np.ndarray:
     """Triangle records in the order of the leaves."""
-    v0, v1, v2 = np.moveaxis(corners[order], 1, 0)
-    slot = last.astype(np.uint32) * np.uint32(numbers()["LAST_IN_LEAF"])
-    return make_records("Triangle", len(order), v0=v0, v1=v1, v2=v2, primitive=order, slot=slot)
+    made = np.empty(len(order), records()["Triangle"])
+    _native.make_triangles(meshes, order, last, threads, plain(made))
+    return made
 
 
 def surface_cost(nodes: np.ndarray, last: np.ndarray) -> float:
@@ -96,14 +104,15 @@ def surface_cost(nodes: np.ndarray, last: np.ndarray) -> float:
     return float(1 + (area[inner].sum() + (area[~inner] * count).sum()) / root)
 
 
-def build_ours(corners: np.ndarray, threads: int) -> dict:
-    none, no_items = np.zeros((0, 3), np.float32), np.zeros(0, np.uint32)
+def build_ours(vertices: np.ndarray, triangles: np.ndarray, threads: int) -> dict:
+    none, no_items, all_ = np.zeros((0, 3), np.float32), np.zeros(0, np.uint32), np.zeros(1, np.uint32)
+    meshes = one_mesh(vertices, triangles)
     (nodes, order, last, root, depth), tree = timed(
-        _native.make_tree, corners, none, none, no_items, BOX_MARGIN, 0, 0, 0, MAX_LEAF, threads)
-    triangles, placing = timed(place, corners, order, last)
+        _native.make_tree, meshes, all_, none, none, no_items, BOX_MARGIN, ITEM_COST, MAX_LEAF, threads)
+    _, placing = timed(place, meshes, order, last, threads)
     wide, collapse = timed(
-        _native.make_wide_tree, nodes, triangles.view(np.uint8), np.zeros(0, np.uint8), root, threads)
-    stages = _native.time_tree(corners, BOX_MARGIN, MAX_LEAF, threads)
+        _native.make_wide_tree, meshes, [(nodes, order, last, root)], no_items, threads)
+    stages = _native.time_tree(meshes, all_, BOX_MARGIN, ITEM_COST, MAX_LEAF, threads)
     seconds = dict(zip(("boxes", "split", "join"), stages, strict=True))
     return {"seconds": {**seconds, "tree": tree, "records": placing, "collapse": collapse}, "total": tree + collapse,
             "made": (nodes.view(records()["Bvh2Node"]), last, depth, wide)}
@@ -136,8 +145,7 @@ def build_embree(build, quality: str, vertices: np.ndarray, triangles: np.ndarra
 
 
 def measure(name: str, vertices: np.ndarray, triangles: np.ndarray, threads: list[int], rounds: int, embree) -> None:
-    corners = np.ascontiguousarray(vertices[triangles])
-    builders = {"isophote": lambda count: build_ours(corners, count)}
+    builders = {"isophote": lambda count: build_ours(vertices, triangles, count)}
     for quality in QUALITIES if embree else ():
         builders[f"embree {quality}"] = lambda count, q=quality: build_embree(embree, q, vertices, triangles, count)
     results = {(builder, count): [] for count in threads for builder in builders}

@@ -66,7 +66,8 @@ class TimedDevice(OpenCLDevice):
         self.queue = self.calling(self.cl.CommandQueue, self.context, properties=flags)
 
     def reserve(self, paths: int, aovs: bool) -> None:
-        self.wavefront = self.calling(TimedWavefront, self.cl, self.queue, self.built.program, self.scene, paths, aovs)
+        self.wavefront = self.calling(TimedWavefront, self.cl, self.queue, self.built.program,
+                                      [*self.scene.values()], paths, aovs)
 
 
 def white_room(triangles: int) -> Scene:

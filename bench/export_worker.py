@@ -31,7 +31,7 @@ STAGES = {
     "hash": [("isophote.session", "Session.result")],
     "prepare": [("isophote.prepare", "prepare")],
     "bvh2": [("isophote._native", "make_tree"), ("isophote._native", "refit_tree")],
-    "wide": [("isophote._native", "make_wide_tree")],
+    "wide": [("isophote._native", "make_wide_tree"), ("isophote._native", "refit_wide_tree")],
     "sample": [("isophote.openmp", "OpenMPDevice.render")],
     "show": [(f"{ADDON}.result", "OpenResult.show")],
 }

@@ -1,9 +1,13 @@
-"""Bytes a triangle: what the CPU and an OpenCL device hold, what building takes, and what Cycles holds.
+"""Bytes a triangle: what is held while the CPU or an OpenCL device renders, what building takes, what Cycles holds.
 
     python -m bench.memory [SCENE.npz|SCENE.blend ...] [--device opencl]
 
-`scene` are the buffers that every device has, `tree` the CPU's own tree, `peak` the most that preparing
-and building took beyond the loaded scene (Linux). `device` is what the OpenCL device holds of the scene.
+`cpu` is all that a render of a still on the CPU holds of the scene, each array once: what shading reads (`meshes` of
+it in vertices, indices, normals and slots) and the CPU's `tree`; the scene's own arrays are gone by then but for those
+that are read as they are. `resident` is what the process has grown by from before the scene was loaded until a sample
+of 64 x 64 pixels is rendered: also code, film and paths. `device`
+is what the OpenCL device holds of the scene, `device_host` what the host keeps meanwhile. `peak` is the most that
+preparing and building took, with the loaded scene (Linux).
 `cycles` and `cycles_peak` are what Cycles itself says on its CPU ("Mem", with Embree's tree), for .blend
 files where there is a bpy. Paths and film go with the picture, not with the scene, and are left out of all but
 Cycles', of which they are a few megabytes at 64 pixels. Prints a row of JSON for each scene.
@@ -12,6 +16,7 @@ Cycles', of which they are a few megabytes at 64 pixels. Prints a row of JSON fo
 from __future__ import annotations
 
 import argparse
+import ctypes
 import json
 import re
 import subprocess
@@ -23,11 +28,10 @@ from bench.common import ROOT, print_row
 from bench.cycles_process import Cycles, find_python
 from bench.scenes import made_scenes
 from isophote.blender_process import export_blend
-from isophote.device import DeviceError, open_device
-from isophote.prepare import prepare
-from isophote.scene import load_scene
+from isophote.device import DeviceError
+from isophote.scene import Scene, load_scene, resized
+from isophote.session import Session
 from isophote.settings import Settings
-from isophote.validate import clean
 
 MIB = 1 << 20
 
@@ -38,21 +42,40 @@ def resident(name: str) -> int:
         return int(re.search(name + r":\s+(\d+)", file.read()).group(1)) << 10
 
 
+def trimmed() -> int:
+    """VmRSS once the C library has given back what is free."""
+    ctypes.CDLL(None).malloc_trim(0)
+    return resident("VmRSS")
+
+
+def rendering(scene: Scene, spec: str) -> tuple[Session, dict[str, int]]:
+    """A session that has rendered a sample, and what it holds in bytes by name."""
+    session = Session(resized(scene, (64, 64)), Settings(device=spec, samples=1, wait_for_kernels=True))
+    session.run()
+    assert session.scene_hash  # the scene's arrays are gone
+    geometry = session.prepared.geometry.bytes
+    return session, {"meshes": geometry["meshes"], **session.device.memory, "bvh2": geometry["bvh2"],
+                     "host": sum(array.nbytes for array in session.prepared.buffers.values()) + geometry["bvh2"]
+                     + geometry["wide_tree"]}
+
+
 def measure(path: Path, spec: str) -> dict:
     """What we hold, in bytes; in a process of its own, so that the peak is this scene's."""
-    scene = clean(load_scene(path))[0]
-    before = resident("VmRSS")
+    empty = trimmed()
+    scene = load_scene(path)
+    row, loaded = {"triangles": len(scene.triangles)}, sum(array.nbytes for array in scene.arrays.values())
+    before = trimmed()
     Path("/proc/self/clear_refs").write_text("5")  # the peak counts from here
-    prepared = prepare(scene)
-    cpu = open_device("openmp", Settings())
-    cpu.upload(prepared)
-    row = {"triangles": len(scene.triangles), **cpu.memory, "peak": resident("VmHWM") - before}
-    cpu.close()
+    session, held = rendering(scene, "openmp")
+    row |= {"peak": resident("VmHWM") - before + loaded, "meshes": held["meshes"], "tree": held["tree"],
+            "cpu": held["host"]}
+    del scene
+    row["resident"] = trimmed() - empty
+    session.close()
     try:
-        device = open_device(spec, Settings(device=spec))
-        device.upload(prepared)
-        row |= {"device_name": device.name, "device": device.memory["scene"]}
-        device.close()
+        session, held = rendering(load_scene(path), spec)
+        row |= {"device_name": session.device.name, "device": held["scene"], "device_host": held["host"]}
+        session.close()
     except DeviceError as error:
         row["device_name"] = str(error)
     return row
@@ -77,8 +100,9 @@ def row_of(path: Path, spec: str) -> dict:
         done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     held = json.loads(done.stdout.splitlines()[-1]) | held
     triangles = held["triangles"]
-    each = {f"{name}_a_triangle": round(held[name] / triangles, 1)
-            for name in ("scene", "tree", "peak", "device", "cycles", "cycles_peak") if name in held}
+    names = ("meshes", "tree", "cpu", "resident", "device", "device_host", "peak", "cycles",
+             "cycles_peak")
+    each = {f"{name}_a_triangle": round(held[name] / triangles, 1) for name in names if name in held}
     return {"scene_name": path.stem, **held, **each}
 
 

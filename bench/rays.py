@@ -31,6 +31,7 @@ from pathlib import Path
 import numpy as np
 
 from isophote import _native
+from isophote.geometry import plain
 from isophote.openmp import choose_variant, processor_name
 from isophote.prepare import prepare
 from isophote.scene import Scene, load_scene, make_scene
@@ -83,7 +84,7 @@ def room(triangles: int) -> Scene:
     return make_scene(
         resolution=(1024, 1024), camera_to_world=np.stack([x, np.cross(z, x), z, (-2.8, -2.8, 2.5)], 1),
         camera_window=(-0.7, 0.7, -0.7, 0.7), camera_clip=(0.01, 100.0), vertices=vertices, triangles=faces,
-        triangle_slots=np.zeros(len(faces)), mesh_triangles=(0, len(faces)), mesh_normals=(-1,), instance_mesh=(0,),
+        mesh_vertices=(0, len(vertices)), mesh_triangles=(0, len(faces)), mesh_normals=(-1,), instance_mesh=(0,),
         instance_to_world=np.eye(4)[None, :3], instance_slots=(0,), instance_visibility=(31,), slot_materials=(0,),
         material_first=(0, 0))
 
@@ -96,26 +97,24 @@ class Isophote:
 
     def __init__(self, scene: Scene, isa: str):
         self.variant = choose_variant(_native.variants, "strict", isa)
-        buffers = prepare(clean(scene)[0]).buffers
-        self.triangles = buffers["triangles"]
-        if (self.triangles["instance"] == NONE).any():
+        prepared = prepare(clean(scene)[0])
+        self.buffers = prepared.traced()
+        if (self.buffers["triangles"]["instance"] == NONE).any():
             raise SystemExit("bench.rays: a scene with instanced meshes; Embree would get object-space triangles")
-        data = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in buffers.items()}
-        self.data = list(data.values())
-        self.tree = _native.make_wide_tree(data["nodes"], data["triangles"], data["instances"],
-                                           int(buffers["world"]["root"][0]), os.cpu_count() or 1)
+        self.data = [plain(buffer) for buffer in self.buffers.values()]
+        self.tree = prepared.geometry.wide_tree
 
     def corners(self) -> np.ndarray:
-        """float32 (n, 3, 3)"""
-        return np.stack([self.triangles[v].view(np.float32).reshape(-1, 3) for v in ("v0", "v1", "v2")], 1)
+        """float32 (n, 3, 3), of all triangles in the scene's order"""
+        return self.buffers["vertices"][self.buffers["indices"]]
 
     def trace(self, rays: np.ndarray, occlusion: bool, packets: bool = False):
         return _native.trace(self.variant, self.data, self.tree, rays, occlusion, 1, packets)
 
     def hits(self, rays: np.ndarray, occlusion: bool, packets: bool = False):
-        """(t with infinity where nothing is hit, index into the triangles)"""
+        """(t with infinity where nothing is hit, number of the triangle)"""
         tuv, ids = self.trace(rays, occlusion, packets)
-        return np.where(ids[:, 0] == NONE, np.inf, tuv[:, 0]), tuv[:, 3].view(np.uint32)
+        return np.where(ids[:, 0] == NONE, np.inf, tuv[:, 0]), ids[:, 1]
 
 
 class Embree:

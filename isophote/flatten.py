@@ -25,7 +25,8 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
     if not len(flat):
         return scene
     a = scene.arrays
-    parts = {name: [a[name]] for name in ("vertices", "triangles", "triangle_slots", "mesh_triangles", "mesh_normals")}
+    parts = {name: [a[name]] for name in ("vertices", "triangles", "triangle_slots", "mesh_vertices", "mesh_triangles",
+                                              "mesh_normals")}
     a = a | {name: a[name].copy() for name in ("instance_mesh", "instance_to_world")}
     names = {group: list(those) for group, those in scene.names.items()}
     mesh, vertex, end = len(a["mesh_normals"]), len(a["vertices"]), len(a["triangles"])
@@ -36,6 +37,7 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
         parts["vertices"].append((a["vertices"][used] @ matrix[:, :3].T + matrix[:, 3]).astype(np.float32))
         parts["triangles"].append((triangles.reshape(-1, 3) + vertex).astype(np.uint32))
         parts["triangle_slots"].append(a["triangle_slots"][first:last])
+        parts["mesh_vertices"].append(np.array([vertex + len(used)], np.uint32))
         end += last - first
         parts["mesh_triangles"].append(np.array([end], np.uint32))
         parts["mesh_normals"].append(np.array([-1], np.int32))

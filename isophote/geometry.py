@@ -1,12 +1,15 @@
-"""Triangles, spheres and instances of a scene as records, in the order of the trees built over them.
+"""Meshes of a scene as kernels read them, and the trees over them.
 
-What was made for another frame is used again: all of it where nothing that it depends on has changed, else the
-trees whose counts are the same, with new boxes. Hits do not depend on the tree, so no bit of a picture does.
+Vertices of meshes with one user are moved to world space, so that only true instances cost a change of space; tracing
+and shading see the same float32 positions. OpenCL devices trace BVH2s (trees.py) as they are, with a record for each
+triangle of their leaves; the CPU has a wide tree. Each kind is made when it is first asked for.
+
+What was made for another frame is used again: all of it where nothing that it depends on has changed, else trees
+with new boxes. Hits do not depend on the tree, so no bit of a picture does.
 """
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -15,155 +18,217 @@ import numpy as np
 from isophote import _native
 from isophote.records import make_records, numbers, records
 from isophote.scene import Scene
+from isophote.trees import NOTHING, THREADS, WORLD, Before, Content, Tree, make_tree, make_wide_tree
 
-BOX_MARGIN = 2.0**-20  # relative to the largest coordinate of a box: 16 roundings of float32
-MAX_LEAF = 4  # items; larger leaves only where the surface area heuristic cannot tell them apart
-REFIT_COST = 1.1  # of a tree with new boxes, by the surface area heuristic, over the cost when it was built
-# What trees and records are made of; the scene's other arrays may change and they stay.
-OF_MESHES = ("vertices", "triangles", "triangle_slots", "normals", "mesh_triangles", "mesh_normals")
-INPUTS = (*OF_MESHES, "instance_mesh", "instance_to_world", "instance_slots", "instance_visibility", "sphere_center",
-          "sphere_radius", "sphere_material", "sphere_visibility")
-WORLD = -1
-OF_WIDE_TREE = ("nodes", "triangles", "instances")
-# A run of a mesh's triangles as native/triangles.h has it (struct Part).
-PART = np.dtype([("first", "<u4"), ("count", "<u4"), ("instance", "<u4"), ("visibility", "<u4"), ("normals", "<i4"),
-                 ("mirrored", "<u4"), ("to_world", "<f8", 12), ("to_object", "<f8", 9)])
-THREADS = os.cpu_count() or 1
+# What meshes, trees and records are made of; the scene's other arrays may change and they stay.
+OF_MESHES = ("vertices", "triangles", "mesh_vertices", "mesh_triangles")
+OF_TREES = (*OF_MESHES, "instance_mesh", "instance_to_world", "instance_visibility", "sphere_center", "sphere_radius",
+            "sphere_visibility")
+INPUTS = (*OF_TREES, "triangle_slots", "normals", "mesh_normals", "instance_slots", "sphere_material")
+# How a mesh comes into the space of its tree, as native/triangles.h has it (struct MeshUse).
+MESH_USE = np.dtype([("instance", "<u4"), ("visibility", "<u4"), ("mirrored", "<u4"), ("unused", "<u4"),
+                     ("to_world", "<f8", 12), ("to_object", "<f8", 9)])
 
 
 @dataclass
-class Items:
-    """Boxes float32 (n, 3) and references, ascending, of the instances below a tree."""
-
-    lo: np.ndarray
-    hi: np.ndarray
-    reference: np.ndarray
-
-
-NO_ITEMS = Items(*(np.zeros((0, 3), np.float32),) * 2, np.zeros(0, np.uint32))
-
-
-@dataclass
-class Tree:
-    """A tree and what its leaves refer to, in their order. References count from 0 (join_trees).
-
-    `order` and `last` are those of _native.make_tree: triangles come first, then spheres, then items. A triangle
-    that is in several leaves is in them several times.
-    """
+class Joined:
+    """All BVH2s of a scene as one: records of nodes, primitives and ends of leaves, instances with their trees' roots,
+    and the world's root."""
 
     nodes: np.ndarray
     order: np.ndarray
     last: np.ndarray
+    instances: np.ndarray
     root: int
-    items: Items
-    triangles: np.ndarray = None
-    normal_index: np.ndarray = None
-    normals: np.ndarray = None
-    spheres: np.ndarray = None
-    mesh: int = WORLD  # in whose space it is
-    corner_count: int = 0  # triangles that it is over
-    built_cost: float = 0.0  # by the surface area heuristic, 0 until it is asked for
 
 
 @dataclass
 class Geometry:
-    """Buffers by name (kernels/scene_buffers.h), the reference of the world's root, and what they were made of."""
+    """Buffers by name (kernels/scene_buffers.h, without those that only tracing reads), what trees are over, and
+    fingerprints of what all was made of.
+
+    `trees` are the BVH2s that there are, by number; who needs others makes them. Roots in the buffer `instances` only
+    say who has a tree of its own: Joined has the numbers.
+    """
 
     buffers: dict[str, np.ndarray]
-    root: int
-    trees: list[Tree]
-    inputs: dict[str, np.ndarray] = field(default_factory=dict)
+    meshes: _native.Meshes
+    instance_mesh: np.ndarray
+    contents: list[Content]
+    inputs: dict[str, tuple]
+    before: Before = NOTHING
+    trees: dict[int, Tree] = field(default_factory=dict)
 
     def changes(self, scene: Scene) -> set[str]:
         """Those of INPUTS that a scene does not have in common with it, to the last bit."""
-        return {name for name in INPUTS if not is_same(self.inputs[name], scene.arrays[name])}
+        return self.differing(fingerprints(scene))
+
+    def differing(self, inputs: dict[str, tuple]) -> set[str]:
+        return {name for name in INPUTS if self.inputs[name] != inputs[name]}
 
     @property
-    def bytes(self) -> int:
-        """Of memory, about: the CPU's tree holds corners and boxes once more."""
-        arrays = [*self.buffers.values(), *self.inputs.values(), self.buffers["triangles"], self.buffers["nodes"]]
-        return sum(array.nbytes for array in arrays + [tree.order for tree in self.trees])
+    def bytes(self) -> dict[str, int]:
+        """Of memory, by name: what shading reads, the BVH2s, the CPU's tree."""
+        trees = [*self.trees.values(), *self.before.trees.values()]
+        wide = [tree for tree in (vars(self).get("wide_tree"), self.before.wide_tree) if tree]
+        return {"meshes": sum(array.nbytes for array in self.buffers.values()),
+                "bvh2": sum(tree.nodes.nbytes + tree.order.nbytes + tree.last.nbytes for tree in trees),
+                "wide_tree": sum(sum(tree.bytes.values()) for tree in wide)}
+
+    def tree(self, number: int) -> Tree:
+        """The BVH2 over a content."""
+        if number not in self.trees:
+            self.trees[number] = make_tree(self.meshes, self.contents[number], self.before)
+        return self.trees[number]
+
+    def bvh2(self) -> list[Tree]:
+        return [self.tree(number) for number in range(len(self.contents))]
 
     @cached_property
     def wide_tree(self):
         """The CPU's own tree over the same things."""
-        made = (self.buffers[name].view(np.uint8).reshape(-1) for name in OF_WIDE_TREE)
-        return _native.make_wide_tree(*made, self.root, THREADS)
+        number_of = {content.mesh: number for number, content in enumerate(self.contents)}
+        tree_of = np.array([number_of.get(mesh, numbers()["NONE"]) for mesh in self.instance_mesh.tolist()], np.uint32)
+        return make_wide_tree(self.meshes, self.contents, tree_of, self.before, self.tree)
+
+    def settle(self, keep_bvh2: bool) -> None:
+        """Let go of what has been of use: trees of the frame before, and the BVH2s where no device traces them."""
+        self.before = NOTHING
+        if not keep_bvh2:
+            self.trees = {}
+
+    def drop_wide_tree(self) -> None:
+        """Leave the CPU's tree to those who have taken it."""
+        vars(self).pop("wide_tree", None)
+
+    def as_before(self, same_meshes: bool) -> Before:
+        """What it has for the next frame."""
+        trees = {tree.content.mesh: tree for tree in self.trees.values()}
+        contents = {content.mesh: content for content in self.contents}
+        return Before(trees, contents, vars(self).get("wide_tree"), same_meshes)
+
+    def joined(self) -> Joined:
+        """The BVH2s one after the other."""
+        n, trees = numbers(), self.bvh2()
+        first_node = np.cumsum([0] + [len(tree.nodes) // records()["Bvh2Node"].itemsize for tree in trees])
+        first_triangle = np.cumsum([0] + [len(tree.order) for tree in trees])
+        nodes, roots = [], {}
+        for tree, *base in zip(trees, first_node, first_triangle, strict=False):
+            base = np.array([*base, 0, 0], np.uint32)  # by kind of reference: others have one number everywhere
+            made = tree.nodes.view(records()["Bvh2Node"])
+            if base.any():
+                made = made.copy()
+                made["child"] += base[made["child"] >> 30]
+            nodes.append(made)
+            root = tree.root
+            roots[tree.content.mesh] = root if root == n["NONE"] else root + int(base[root >> 30])
+        instances = self.buffers["instances"].copy()
+        own = instances["root"] != n["NONE"]
+        instances["root"][own] = [roots[mesh] for mesh in self.instance_mesh[own].tolist()]
+        return Joined(together(nodes), together([tree.order for tree in trees]),
+                      together([tree.last for tree in trees]), instances, roots[WORLD])
+
+    def traced_sizes(self) -> dict[str, int]:
+        """Bytes of nodes and triangles, by buffer, as Joined and `leaf_records` have them."""
+        trees = self.bvh2()
+        return {"nodes": sum(tree.nodes.nbytes for tree in trees),
+                "triangles": sum(len(tree.order) for tree in trees) * records()["Triangle"].itemsize}
+
+    def leaf_records(self, joined: Joined) -> np.ndarray:
+        """A Triangle record for each triangle of the leaves, in their order."""
+        made = np.empty(len(joined.order), records()["Triangle"])
+        _native.make_triangles(self.meshes, joined.order, joined.last, THREADS, plain(made))
+        return made
 
 
-def is_same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two arrays of one type have the same bytes."""
-    if a is b or a.shape != b.shape:
-        return a is b
-    return _native.same_bytes(a.reshape(-1).view(np.uint8), b.reshape(-1).view(np.uint8), THREADS)
+def plain(array: np.ndarray) -> np.ndarray:
+    """The bytes of an array."""
+    return array.reshape(-1).view(np.uint8)
+
+
+def together(arrays: list[np.ndarray]) -> np.ndarray:
+    """One array of several; the array itself where only one holds anything."""
+    filled = [array for array in arrays if len(array)] or arrays[:1]
+    return filled[0] if len(filled) == 1 else np.concatenate(filled)
+
+
+def fingerprints(scene: Scene) -> dict[str, tuple]:
+    """Shape and 128 bits of each of INPUTS: arrays that differ have the same by a chance of about 2^-120."""
+    arrays = {name: scene.arrays[name] for name in INPUTS}
+    return {name: (array.shape, *_native.fingerprint(plain(array), THREADS)) for name, array in arrays.items()}
 
 
 def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
-    """Buffers (nodes, triangles, normal_index, corner_normals, spheres, instances) and the world's root.
+    """Meshes (buffers vertices, indices, normals, slots), spheres, instances, and the trees over them.
 
-    Meshes with one user are moved to world space (in float64, then rounded), so that only true
-    instances cost a change of space. `kept` is what was made for another scene, often the frame before.
+    `kept` is what was made for another scene, often the frame before.
     """
-    changes = kept.changes(scene) if kept else set(INPUTS)
+    inputs = fingerprints(scene)
+    changes = kept.differing(inputs) if kept else set(INPUTS)
     if not changes:
         return kept
-    n = numbers()
     users = np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
-    shared = users > 1
-    old = {tree.mesh: tree for tree in kept.trees} if kept else {}
-    trees = [old[mesh] if mesh in old and changes.isdisjoint(OF_MESHES) else object_tree(scene, mesh, old.get(mesh))
-             for mesh in np.flatnonzero(shared).tolist()]
-
-    instances = make_instances(scene)
-    is_shared = shared[scene.instance_mesh] if len(shared) else np.zeros(0, bool)
-    of_shared = np.flatnonzero(is_shared)
-    boxes = mesh_boxes(scene)[scene.instance_mesh[of_shared]].astype(np.float64)
-    items = Items(*instance_boxes(instances[of_shared], boxes),
-                  of_shared.astype(np.uint32) | np.uint32(n["REF_INSTANCE"] << 30))
-    trees.append(make_tree(scene, world_parts(scene, np.flatnonzero(~is_shared)), make_spheres(scene), items,
-                           old.get(WORLD)))
-    buffers, roots = join_trees(trees)
-    root_of = np.full(len(shared), n["NONE"], np.uint32)
-    root_of[shared] = roots[:-1]
-    instances["root"] = root_of[scene.instance_mesh]
-    made = Geometry(buffers | {"instances": instances}, roots[-1], trees, {name: scene.arrays[name] for name in INPUTS})
-    return with_wide_tree_of(kept, made) if kept else made
-
-
-def with_wide_tree_of(kept: Geometry, made: Geometry) -> Geometry:
-    """Takes the CPU's own tree over too, where all that it is made of is the same: other normals do not count."""
-    same = made.root == kept.root and all(is_same(kept.buffers[name], made.buffers[name]) for name in OF_WIDE_TREE)
-    if same and "wide_tree" in vars(kept):
-        made.wide_tree = kept.wide_tree
+    uses = mesh_uses(scene, users)
+    instances, spheres = make_instances(scene, users), make_spheres(scene)
+    same_trees = changes.isdisjoint(OF_TREES)
+    vertices = kept.buffers["vertices"] if same_trees else baked_vertices(scene, uses)
+    buffers = {"vertices": vertices, "indices": scene.triangles, "normals": baked_normals(scene, uses),
+               "slots": scene.triangle_slots, "spheres": spheres, "instances": instances}
+    if same_trees:
+        made = Geometry(buffers, kept.meshes, scene.instance_mesh, kept.contents, inputs, trees=kept.trees)
+        if "wide_tree" in vars(kept):
+            made.wide_tree = kept.wide_tree
+        return made
+    meshes = _native.Meshes(vertices, scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
+    contents = [content_of(scene, mesh, [mesh]) for mesh in np.flatnonzero(users > 1).tolist()]
+    contents.append(world_content(scene, users, spheres, instances))
+    before = kept.as_before(changes.isdisjoint(OF_MESHES)) if kept else NOTHING
+    made = Geometry(buffers, meshes, scene.instance_mesh, contents, inputs, before)
+    if not before.wide_tree:
+        made.bvh2()
     return made
 
 
-# ------------------------------------------------------------------ triangles
+# ------------------------------------------------------------------ meshes
 
 
-def object_part(scene: Scene, mesh: int) -> np.ndarray:
-    """The triangles of a mesh in object space, as one PART."""
-    return make_parts(scene, np.array([mesh]), np.full(1, numbers()["NONE"], np.uint32))
-
-
-def world_parts(scene: Scene, instances: np.ndarray) -> np.ndarray:
-    """The triangles of instances (their numbers) in world space, a PART each."""
-    made = make_parts(scene, scene.instance_mesh[instances], instances)
-    matrices = scene.instance_to_world[instances]
-    made["visibility"] = scene.instance_visibility[instances]
-    made["mirrored"] = np.linalg.det(matrices[:, :, :3]) < 0
-    made["to_world"] = matrices.reshape(-1, 12)
-    made["to_object"] = np.linalg.inv(matrices[:, :, :3]).reshape(-1, 9)
+def mesh_uses(scene: Scene, users: np.ndarray) -> np.ndarray:
+    """A MESH_USE for each mesh; those with one user come to world space."""
+    made = np.zeros(len(users), MESH_USE)
+    made["instance"], made["visibility"] = numbers()["NONE"], numbers()["RAY_ALL"]
+    instances = np.flatnonzero(users[scene.instance_mesh] == 1)
+    matrices, single = scene.instance_to_world[instances], scene.instance_mesh[instances]
+    made["instance"][single] = instances
+    made["visibility"][single] = scene.instance_visibility[instances]
+    made["mirrored"][single] = is_mirrored(matrices)
+    made["to_world"][single] = matrices.reshape(-1, 12)
+    made["to_object"][single] = np.linalg.inv(matrices[:, :, :3]).reshape(-1, 9)
     return made
 
 
-def make_parts(scene: Scene, meshes: np.ndarray, instances: np.ndarray) -> np.ndarray:
-    made = np.zeros(len(meshes), PART)
-    made["first"] = scene.mesh_triangles[meshes]
-    made["count"] = scene.mesh_triangles[meshes + 1] - made["first"]
-    made["normals"] = scene.mesh_normals[meshes]
-    made["instance"] = instances
+def is_mirrored(matrices: np.ndarray) -> np.ndarray:
+    return np.linalg.det(matrices[:, :, :3]) < 0
+
+
+def baked_vertices(scene: Scene, uses: np.ndarray) -> np.ndarray:
+    """Vertices in the space of their tree, in float64 and rounded once; the scene's own where none moves."""
+    if (uses["to_world"][uses["instance"] != numbers()["NONE"]] == np.eye(3, 4).ravel()).all():
+        return scene.vertices
+    made = np.empty_like(scene.vertices)
+    _native.bake_vertices(scene.vertices, scene.mesh_vertices, uses.view(np.uint8), THREADS, made)
     return made
+
+
+def baked_normals(scene: Scene, uses: np.ndarray) -> np.ndarray:
+    """Normals in the space of the vertices; those of meshes with one user are made unit once more, in float64."""
+    if not len(scene.normals) or (uses["instance"] == numbers()["NONE"]).all():
+        return scene.normals
+    made = np.empty_like(scene.normals)
+    _native.bake_normals(scene.normals, scene.mesh_normals, scene.mesh_vertices, uses.view(np.uint8), THREADS, made)
+    return made
+
+
+# ------------------------------------------------------------------ what trees are over
 
 
 def mesh_boxes(scene: Scene) -> np.ndarray:
@@ -173,123 +238,48 @@ def mesh_boxes(scene: Scene) -> np.ndarray:
     return boxes
 
 
-# ------------------------------------------------------------------ trees
+def content_of(scene: Scene, mesh: int, members, lo=(), hi=(), reference=()) -> Content:
+    members = np.asarray(members, np.uint32)
+    return Content(mesh, members, scene.mesh_triangles[members], scene.mesh_triangles[members + 1],
+                   *(np.asarray(bound, np.float32).reshape(-1, 3) for bound in (lo, hi)),
+                   np.asarray(reference, np.uint32))
 
 
-def make_tree(scene: Scene, parts: np.ndarray, spheres: np.ndarray, items: Items, kept: Tree | None) -> Tree:
-    """A tree over the triangles of PARTs, spheres (records) and items: the kept one with new boxes if that serves."""
-    corners = np.empty((int(parts["count"].sum()), 3, 3), np.float32)
-    _native.bake_corners(scene.vertices, scene.triangles, parts.view(np.uint8), THREADS, corners)
-    refitted = refit(scene, parts, corners, spheres, items, kept) if kept else None
-    return refitted or placed(build(corners, spheres, items), scene, parts, corners, spheres)
-
-
-def object_tree(scene: Scene, mesh: int, kept: Tree | None) -> Tree:
-    """The tree of a mesh with several users, in its own space."""
-    made = make_tree(scene, object_part(scene, mesh), make_records("Sphere", 0), NO_ITEMS, kept)
-    made.mesh = mesh
-    return made
-
-
-def build(corners: np.ndarray, spheres: np.ndarray, items: Items) -> Tree:
-    """A new tree, without the records of its leaves."""
+def world_content(scene: Scene, users: np.ndarray, spheres: np.ndarray, instances: np.ndarray) -> Content:
+    """The triangles of meshes with one user, spheres, and the instances of the other meshes."""
     n = numbers()
-    centers, radii = spheres["center"], spheres["radius"][:, None]
-    # Boxes are wider by the roundings of triangle_hit, which go with the largest coordinate: else a ray in the
-    # plane of a flat box, or one that meets coincident triangles, would find a hit in one tree and not in another.
-    reference = np.concatenate([np.full(len(spheres), n["REF_SPHERES"] << 30, np.uint32), items.reference])
-    nodes, order, last, root, _ = _native.make_tree(
-        corners, np.concatenate([centers - radii, items.lo]), np.concatenate([centers + radii, items.hi]), reference,
-        BOX_MARGIN, 0, 0, 0, MAX_LEAF, THREADS)
-    return Tree(nodes, order, last, root, items)
-
-
-def placed(tree: Tree, scene: Scene, parts: np.ndarray, corners: np.ndarray, spheres: np.ndarray) -> Tree:
-    """The tree with the records of its leaves, in their order."""
-    count, balls = len(corners), len(spheres)
-    order, last = tree.order, tree.last
-    if count < len(order):
-        chosen = order < count
-        order, last = order[chosen], last[chosen]
-    tree.corner_count = count
-    tree.triangles, tree.normal_index = np.empty(len(order), records()["Triangle"]), np.empty(len(order), np.uint32)
-    smooth = parts["count"][parts["normals"] >= 0].sum()
-    if count < len(order):
-        smooth = np.repeat(parts["normals"] >= 0, parts["count"])[order].sum()
-    tree.normals = np.empty(int(smooth), records()["CornerNormals"])
-    _native.place_triangles(scene.triangle_slots, scene.normals, parts.view(np.uint8), corners, order, last, THREADS,
-                            tree.triangles.view(np.uint8), tree.normal_index, tree.normals.view(np.uint8))
-    is_ball = (tree.order >= count) & (tree.order < count + balls) if balls else slice(0)
-    tree.spheres = spheres[tree.order[is_ball] - count]
-    tree.spheres["flags"] |= tree.last[is_ball].astype(np.uint32) * np.uint32(numbers()["LAST_IN_LEAF"])
-    return tree
-
-
-def refit(scene: Scene, parts: np.ndarray, corners: np.ndarray, spheres: np.ndarray, items: Items,
-          kept: Tree) -> Tree | None:
-    """The kept tree around what its leaves hold now; None where counts differ, where triangles are in several leaves
-    (in pieces no longer theirs), or where its cost has grown too much."""
-    if not len(kept.triangles) == kept.corner_count == len(corners) or len(kept.spheres) != len(spheres) \
-            or not is_same(kept.items.reference, items.reference):
-        return None
-    made = placed(Tree(kept.nodes.copy(), kept.order, kept.last, kept.root, items), scene, parts, corners, spheres)
-    before, after = _native.refit_tree(
-        made.nodes, made.root, made.triangles.view(np.uint8), made.spheres.view(np.uint8), items.reference, items.lo,
-        items.hi, BOX_MARGIN, THREADS)
-    made.built_cost = kept.built_cost or before
-    return made if after <= REFIT_COST * made.built_cost else None
-
-
-def join_trees(trees: list[Tree]) -> tuple[dict[str, np.ndarray], list[int]]:
-    """The trees' records one after the other as buffers, and the references of their roots there."""
-    n = numbers()
-    ends = {name: np.cumsum([0] + [len(getattr(tree, name)) for tree in trees])
-            for name in ("triangles", "normals", "spheres")}
-    first_node = np.cumsum([0] + [len(tree.nodes) // records()["Bvh2Node"].itemsize for tree in trees])
-    nodes, index, roots = [], [], []
-    for tree, *base in zip(trees, first_node, ends["triangles"], ends["spheres"], strict=False):
-        base = np.array([*base, 0], np.uint32)  # by kind of reference: instances have one number everywhere
-        made = tree.nodes.view(records()["Bvh2Node"])
-        if base.any():
-            made = made.copy()
-            made["child"] += base[made["child"] >> 30]
-        nodes.append(made)
-        root = tree.root
-        roots.append(root if root == n["NONE"] else root + int(base[root >> 30]))
-    for tree, base in zip(trees, ends["normals"], strict=False):
-        moved = tree.normal_index
-        index.append(np.where(moved == n["NONE"], moved, moved + np.uint32(base)) if base else moved)
-    return {"nodes": joined(nodes), "triangles": joined([tree.triangles for tree in trees]),
-            "normal_index": joined(index), "corner_normals": joined([tree.normals for tree in trees]),
-            "spheres": joined([tree.spheres for tree in trees])}, roots
-
-
-def joined(arrays: list[np.ndarray]) -> np.ndarray:
-    """One array of several; the array itself where only one holds anything."""
-    filled = [array for array in arrays if len(array)] or arrays[:1]
-    return filled[0] if len(filled) == 1 else np.concatenate(filled)
+    placed = np.flatnonzero(instances["root"] != n["NONE"])
+    boxes = mesh_boxes(scene)[scene.instance_mesh[placed]].astype(np.float64)
+    lo, hi = instance_boxes(instances[placed], boxes)
+    center, radius = spheres["center"], spheres["radius"][:, None]
+    reference = [np.arange(len(spheres)) | n["REF_SPHERE"] << 30, placed | n["REF_INSTANCE"] << 30]
+    return content_of(scene, WORLD, np.flatnonzero(users == 1), np.concatenate([center - radius, lo]),
+                      np.concatenate([center + radius, hi]), np.concatenate(reference))
 
 
 # ------------------------------------------------------------------ spheres and instances
 
 
 def make_spheres(scene: Scene) -> np.ndarray:
-    """Sphere records; their numbers follow those of the triangles."""
-    count = len(scene.sphere_radius)
-    return make_records(
-        "Sphere", count, center=scene.sphere_center, radius=scene.sphere_radius, material=scene.sphere_material,
-        primitive=len(scene.triangles) + np.arange(count), flags=scene.sphere_visibility << np.uint32(16))
+    """Sphere records."""
+    return make_records("Sphere", len(scene.sphere_radius), center=scene.sphere_center, radius=scene.sphere_radius,
+                        material=scene.sphere_material, visibility=scene.sphere_visibility)
 
 
-def make_instances(scene: Scene) -> np.ndarray:
-    """Instance records; the roots of shared meshes are filled in when their trees are built."""
-    matrices = scene.instance_to_world
+def make_instances(scene: Scene, users: np.ndarray) -> np.ndarray:
+    """Instance records; the roots of those whose mesh has a tree of its own are filled in by Geometry.joined."""
+    n, mesh = numbers(), scene.instance_mesh
+    matrices, shared = scene.instance_to_world, users[mesh] > 1
     inverse = np.zeros_like(matrices)
     inverse[:, :, :3] = np.linalg.inv(matrices[:, :, :3])
     inverse[:, :, 3] = -np.einsum("nij,nj->ni", inverse[:, :, :3], matrices[:, :, 3])
+    normals = scene.mesh_normals[mesh].astype(np.int64)
+    flags = (is_mirrored(matrices) & ~shared) * n["INSTANCE_MIRRORED"] | (normals >= 0) * n["INSTANCE_SMOOTH"]
+    first = np.where(normals >= 0, normals - scene.mesh_vertices[mesh], 0)
     return make_records(
         "Instance", len(matrices), to_world=matrices.reshape(-1, 12), to_object=inverse.reshape(-1, 12),
-        root=numbers()["NONE"], first_slot=scene.instance_slots, visibility=scene.instance_visibility)
+        root=np.where(shared, 0, n["NONE"]), first_slot=scene.instance_slots,
+        visibility=scene.instance_visibility | flags.astype(np.uint32), first_normal=(first % 2**32).astype(np.uint32))
 
 
 def instance_boxes(instances: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -54,6 +54,7 @@ class Handover:
     def prepare_cpu(self, prepared: Prepared) -> Device:
         cpu = self.open_cpu()
         cpu.upload(prepared)
+        prepared.geometry.drop_wide_tree()  # now it is the device's alone, and goes with it
         return cpu
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:

@@ -68,6 +68,8 @@ def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
     for instance, mesh in enumerate(scene.instance_mesh):
         first, base = scene.mesh_triangles[mesh], scene.instance_slots[instance]
         slots = scene.triangle_slots[first:scene.mesh_triangles[mesh + 1]]
+        if not len(slots):  # all 0
+            slots = np.zeros(scene.mesh_triangles[mesh + 1] - first, np.uint16)
         if not len(slots) or not emitting_slots[base:base + slots.max() + 1].any():
             continue
         primitive = np.flatnonzero(emitting_slots[base + slots])

@@ -13,7 +13,7 @@ import re
 from isophote.device import SceneTooLarge
 
 # bench.memory measures the peak of preparing a scene with corner normals; tests/unit/test_memory.py holds it below.
-BUILD_BYTES_PER_TRIANGLE = 280
+BUILD_BYTES_PER_TRIANGLE = 200
 FILM_BYTES_PER_VALUE = 20  # sums in float32, their copy while an item is rendered, totals in float64, the pass
 UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
 HOST, DEVICE, BUFFER = "ISOPHOTE_HOST_MEMORY", "ISOPHOTE_DEVICE_MEMORY", "ISOPHOTE_DEVICE_BUFFER"

@@ -130,8 +130,9 @@ class OpenCLDevice:
         self.total_memory = lowered(self.device.global_mem_size, DEVICE)
         self.largest_buffer = lowered(min(self.device.max_mem_alloc_size, self.total_memory), BUFFER)
         self.memory: dict[str, int] = {}
-        self.scene: list = []  # buffers in the order of kernels/scene_buffers.h, and what was copied into them
-        self.arrays: list[np.ndarray] = []
+        self.scene: dict = {}  # buffers by name, in the order of kernels/scene_buffers.h
+        self.arrays: dict[str, np.ndarray] = {}  # what was copied into them and others hold anyway
+        self.geometry = None
         self.wavefront: Wavefront | None = None
 
     def calling(self, function, *arguments, **named):
@@ -153,31 +154,34 @@ class OpenCLDevice:
         planes = planes_for(self.settings.passes)
         columns = path_columns(planes > numbers()["PLANES_COMBINED"])
         paths = min(FEWEST_PATHS, (x1 - x0) * (y1 - y0))
-        parts = {name: buffer.nbytes for name, buffer in prepared.buffers.items()}
-        check_device_memory(self.name, parts | {"film": 4 * planes * (x1 - x0) * (y1 - y0),
+        check_device_memory(self.name, prepared.traced_sizes() | {"film": 4 * planes * (x1 - x0) * (y1 - y0),
                                                 "paths": 4 * sum(columns.values()) * paths},
                             self.total_memory, self.largest_buffer)
 
     def upload(self, prepared: Prepared) -> None:
         """Copy the scene's buffers, but those that are there already, and compile the kernels for its features."""
-        assert list(prepared.buffers) == list(scene_buffers())
         self.check_room(prepared)
-        self.copy(list(prepared.buffers.values()))
-        self.memory = {"scene": sum(buffer.nbytes for buffer in prepared.buffers.values())}
+        self.copy(prepared)
         self.wavefront = None
         options = build_options(self.device, self.settings, prepared)
         if group := shade_group(self.device, self.cl):
             options.append(f"-DSHADE_GROUP={group}")
         self.build(kernel_source(), options)
 
-    def copy(self, arrays: list[np.ndarray]) -> None:
-        """Copy the scene's arrays. One that is the same object as before is there already: nobody changes them."""
-        there = {id(array): buffer for array, buffer in zip(self.arrays, self.scene, strict=True)}
-        found = [there.get(id(array)) for array in arrays]
-        self.scene, self.arrays, there = [], [], {}  # the others make room first
-        self.scene = [buffer or self.buffer(array=array.view(np.uint8).reshape(-1))
-                      for buffer, array in zip(found, arrays, strict=True)]
-        self.arrays = arrays
+    def copy(self, prepared: Prepared) -> None:
+        """Copy the scene's arrays. One that is the same object as before is there already (nobody changes them), and
+        so are the trees of a geometry that is the same."""
+        there = {id(array): self.scene[name] for name, array in self.arrays.items()}
+        arrays = prepared.traced(self.geometry)
+        self.scene = {name: there.get(id(arrays[name])) if name in arrays else self.scene[name]
+                      for name in scene_buffers()}
+        self.arrays, self.geometry = {}, None
+        there.clear()  # what is not used again makes room first
+        for name, array in arrays.items():
+            self.scene[name] = self.scene[name] or self.buffer(array=array.reshape(-1).view(np.uint8))
+        self.arrays = {name: array for name, array in arrays.items() if array is prepared.buffers.get(name)}
+        self.geometry = prepared.geometry
+        self.memory = {"scene": sum(prepared.traced_sizes().values())}
 
     def build(self, source: str, options: list[str]) -> None:
         """Make the kernels ready, unless they are already those of this source and these options."""
@@ -214,7 +218,8 @@ class OpenCLDevice:
         if self.wavefront and paths <= self.wavefront.paths and aovs <= self.wavefront.aovs:
             return
         self.wavefront = None
-        self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, self.scene, paths, aovs)
+        self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, [*self.scene.values()], paths,
+                                      aovs)
         self.memory["paths"] = 4 * sum(path_columns(aovs).values()) * paths
 
     def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:
@@ -267,4 +272,4 @@ class OpenCLDevice:
         """Drop all buffers."""
         self.calling(self.queue.finish)
         self.keep_kernels()
-        self.scene, self.arrays, self.memory, self.wavefront = [], [], {}, None
+        self.scene, self.arrays, self.geometry, self.memory, self.wavefront = {}, {}, None, {}, None

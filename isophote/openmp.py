@@ -10,8 +10,10 @@ from concurrent.futures import ThreadPoolExecutor, wait
 import numpy as np
 
 from isophote.device import DeviceError
+from isophote.geometry import plain
 from isophote.params import make_params
 from isophote.prepare import Prepared
+from isophote.records import scene_buffers
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
@@ -36,7 +38,7 @@ class OpenMPDevice:
         except ImportError as error:
             raise DeviceError(f"openmp: the native module cannot be loaded ({error})") from error
         self.native = _native
-        self.threads = settings.threads or os.cpu_count() or 1
+        self.threads, self.precision = settings.threads or os.cpu_count() or 1, settings.precision
         self.variant = choose_variant(_native.variants, settings.precision, os.environ.get("ISOPHOTE_ISA", ""))
         self.name = f"{processor_name()}, {self.threads} threads"
         self.driver = f"OpenMP, {_native.compiler}, {self.variant}"
@@ -52,9 +54,13 @@ class OpenMPDevice:
         """Nothing: the buffers lie in the host's memory already (memory.check_host_memory)."""
 
     def upload(self, prepared: Prepared) -> None:
-        """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree."""
-        made = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in prepared.buffers.items()}
-        self.buffers = list(made.values())
+        """Keep the buffers' bytes, in the order of kernels/scene_buffers.h, and build the CPU's own tree.
+
+        Reference precision traces the BVH2 as OpenCL devices do.
+        """
+        buffers = prepared.traced() if self.precision == "reference" else prepared.buffers
+        nothing = np.zeros(0, np.uint8)
+        self.buffers = [plain(buffers[name]) if name in buffers else nothing for name in scene_buffers()]
         self.tree = prepared.geometry.wide_tree
         self.memory = {"scene": sum(buffer.nbytes for buffer in self.buffers), "tree": sum(self.tree.bytes.values()),
                        "paths": self.threads * self.native.batch_bytes(self.variant)}

@@ -23,7 +23,8 @@ NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
 
 @dataclass
 class Prepared:
-    """What a device takes. `buffers` holds one record array for each entry of kernels/scene_buffers.h.
+    """What a device takes. `buffers` holds an array for each entry of kernels/scene_buffers.h, but not for `nodes` and
+    `triangles`: these are for those who trace the BVH2 and are made by `traced`.
 
     `features` is a mask of FEATURE_ bits, `resolution` the full frame (width, height) in pixels.
     """
@@ -34,6 +35,26 @@ class Prepared:
     resolution: tuple[int, int]
     build_seconds: float
     notes: list[dict] = field(default_factory=list)
+
+    def traced(self, held: Geometry | None = None) -> dict[str, np.ndarray]:
+        """All buffers by name, with a new copy of what only tracing the BVH2 reads: but not that, nor `instances`, of
+        the geometry that the caller holds already."""
+        made = dict(self.buffers)
+        if "nodes" not in made:
+            joined = self.geometry.joined()
+            world = made["world"].copy()
+            world["root"] = joined.root
+            made |= {"nodes": joined.nodes, "triangles": None, "instances": joined.instances, "world": world}
+            if held is self.geometry:
+                del made["nodes"], made["triangles"], made["instances"]
+            else:
+                made["triangles"] = self.geometry.leaf_records(joined)
+        return {name: made[name] for name in scene_buffers() if name in made}
+
+    def traced_sizes(self) -> dict[str, int]:
+        """Bytes of `traced`, by buffer, without making it."""
+        sizes = {name: array.nbytes for name, array in self.buffers.items()}
+        return sizes if "nodes" in sizes else sizes | self.geometry.traced_sizes()
 
 
 def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
@@ -53,10 +74,11 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "slot_materials": scene.slot_materials, "lights": lights, "light_tree": light_tree,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=geometry.root,
+        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0,
                               light_count=len(lights), lamp_count=len(lamps), light_depth=light_depth,
                               features=features)}
-    buffers = {name: np.ascontiguousarray(buffers[name], dtype) for name, dtype in scene_buffers().items()}
+    buffers = {name: np.ascontiguousarray(buffers[name], dtype.base) for name, dtype in scene_buffers().items()
+               if name in buffers}
     return Prepared(buffers, geometry, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 
 
@@ -136,7 +158,8 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np
         "FEATURE_LIGHTS": len(lights) > 0,
         "FEATURE_LAMPS": len(lights[:lamps]) > 0,
         "FEATURE_VISIBLE_LIGHTS": (lights[:lamps]["size_u"] > 0).any(),
-        "FEATURE_SMOOTH": len(buffers["corner_normals"]) > 0,
+        "FEATURE_SMOOTH": (buffers["instances"]["visibility"] & n["INSTANCE_SMOOTH"]).any(),
+        "FEATURE_SLOTS": len(buffers["slots"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),
     }
     return sum(n[name] for name, used in uses.items() if used)

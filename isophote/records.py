@@ -2,7 +2,8 @@
 
 Each list exists once, in kernels/: record structs and #defines in scene_records.h, the list of the
 scene's arrays in scene_buffers.h, that of a work item's settings in params.h. Structs hold 4-byte
-scalars only, so a dtype follows from the text; a test compares sizes with the compiler's.
+scalars only (a ushort is an element of an array), so a dtype follows from the text; a test compares
+sizes with the compiler's.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-SCALARS = {"float": "<f4", "int": "<i4", "uint": "<u4"}
+SCALARS = {"float": "<f4", "int": "<i4", "uint": "<u4", "ushort": "<u2"}
 
 
 def header_path(name: str) -> Path:

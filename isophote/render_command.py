@@ -112,7 +112,9 @@ def render_job(job: Job, console: Console) -> dict:
     opening = time.perf_counter() - started
     scene, export_seconds = open_scene(job.scene, job.frame, job.size, job.blender, console)
     job = with_file_settings(job, scene)
-    with Session(scene, job.settings, device) as session:
+    session = Session(scene, job.settings, device)
+    del scene  # the session lets go of what it does not render
+    with session:
         session.setup_seconds += opening
         try:
             with interrupts(session), progress_shown(console) as show:

@@ -1,8 +1,8 @@
 """The scene as flat numpy arrays: what the exporter writes and everything to its right reads.
 
 One table, FIELDS, names each array with its type, shape and meaning; saving, loading, hashing and
-validating walk over it.  Counts: V vertices, T triangles, N smooth triangles, M meshes,
-I instances, Q slots, S spheres, P materials, K instructions, L lights.
+validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
+slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,11 @@ FIELDS: dict[str, Field] = {
     "camera_clip": Field("f8", (2,), "start and end, metres along -z"),
     "vertices": Field("f4", ("V", 3), "object space"),
     "triangles": Field("u4", ("T", 3), "indices into vertices"),
-    "triangle_slots": Field("u4", ("T",), "material slot within the mesh, < 2^16"),
-    "normals": Field("f4", ("N", 3, 3), "unit corner normals of the triangles of smooth meshes, object space"),
+    "triangle_slots": Field("u2", ("E",), "material slot of each triangle within its mesh; empty where all are 0"),
+    "normals": Field("f4", ("N", 3), "unit normals of the vertices of smooth meshes, object space"),
+    "mesh_vertices": Field("u4", ("M+1",), "first vertex of each mesh; the last entry is V"),
     "mesh_triangles": Field("u4", ("M+1",), "first triangle of each mesh; the last entry is T"),
-    "mesh_normals": Field("i4", ("M",), "first entry of the mesh in normals, -1 for flat meshes"),
+    "mesh_normals": Field("i4", ("M",), "normal of the mesh's first vertex, the others' follow; -1 for flat meshes"),
     "instance_mesh": Field("u4", ("I",), "mesh of each instance"),
     "instance_to_world": Field("f8", ("I", 3, 4), "object to world, relative to origin"),
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
@@ -135,6 +136,8 @@ def checked(name: str, spec: Field, value, counts: dict) -> np.ndarray:
         raise SceneError(f"scene array {name}: {error}") from None
     if np.ndim(value) == 0:  # made one of a row; any other that fits stays the object that it is
         array = array.reshape(())
+    if array.dtype.kind in "iu" and np.asarray(value).dtype != array.dtype and not np.array_equal(array, value):
+        raise SceneError(f"scene array {name}: values that {array.dtype} does not hold")
     if array.ndim != len(spec.shape):
         raise SceneError(f"scene array {name}: shape {array.shape}, wanted {spec.shape}")
     for size, want in zip(array.shape, spec.shape, strict=True):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 from isophote.device import Device, DeviceError, SceneTooLarge, open_device
@@ -51,7 +51,7 @@ class Session:
     A `film` given is rendered on from where it ends: settings.samples count from its first sample.
     A `device` given is used and not opened; the session closes it either way, unless it is told to leave it.
     `kept` is the geometry of another session (its `prepared.geometry`): what the scenes have in common is used
-    again, without changing a bit.
+    again, without changing a bit. Of the scene nothing is held but what is rendered.
     Raises SceneError for a scene that cannot be rendered, SceneTooLarge for one that does not fit, DeviceError
     for a device that cannot be opened, FilmError for a film of another region or kind, ValueError for settings
     that do not fit.
@@ -71,7 +71,8 @@ class Session:
         self._error: ImageError | None = None
         self._error_due, self._error_at = 0.0, -1
         self.why_stopped = ""
-        self._scene = scene
+        self._scene: Scene | None = scene  # until it is hashed
+        self._hashing: Future | None = None
         problems, cleaned, dropped = check(scene)
         errors = [str(problem) for problem in problems if problem.severity == "error"]
         if errors:
@@ -101,6 +102,7 @@ class Session:
             raise
         except DeviceError as error:
             self.fall_back(error)
+        self.prepared.geometry.settle(keep_bvh2=self.device.kind != "openmp")
         self.setup_seconds = time.perf_counter() - started - self.build_seconds - self.device.compile_seconds
 
     @property
@@ -142,10 +144,18 @@ class Session:
             if progress.why_stopped:
                 return progress
 
-    @cached_property
+    @property
     def scene_hash(self) -> str:
-        """The scene's content hash, of which nobody waits for pixels."""
-        return self._scene.content_hash
+        """The scene's content hash."""
+        self.hash_scene()
+        return self._hashing.result()
+
+    def hash_scene(self) -> None:
+        """Hash the scene and let go of it, in a thread of its own: nobody waits for that."""
+        if self._hashing is None:
+            pool, scene = ThreadPoolExecutor(1, "isophote-hash"), self._scene
+            self._hashing, self._scene = pool.submit(lambda: scene.content_hash), None
+            pool.shutdown(wait=False)
 
     @property
     def end(self) -> int:
@@ -179,6 +189,7 @@ class Session:
             drawn[self.device.name] = drawn.get(self.device.name, 0) + added
         self._own_samples += added
         film.add_samples(added)
+        self.hash_scene()
 
     def fall_back(self, error: DeviceError) -> None:
         """Go on on the CPU with the same film, and say so. Raises the error where it is the CPU that failed."""

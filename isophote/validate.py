@@ -16,7 +16,6 @@ from isophote.flatten import flattened, matrix_ranks
 from isophote.materials import OPERATIONS
 from isophote.scene import Scene
 
-MATERIAL_SLOTS = 1 << 16  # per mesh
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
 CAMERA_KINDS = 2
 
@@ -115,21 +114,14 @@ def drop_rows(arrays: dict, names: dict, group: str, prefix: str, bad: np.ndarra
 
 
 def drop_triangles(arrays: dict, bad: np.ndarray) -> None:
-    """Leave out triangles, with the corner normals of those that have them, keeping the meshes' numbers."""
+    """Leave out triangles, keeping the numbers of meshes and vertices."""
     if not bad.any():
         return
-    first, normals = arrays["mesh_triangles"].astype(np.int64), arrays["mesh_normals"].astype(np.int64)
-    counts = np.diff(first)
-    new_first = np.concatenate([[0], np.cumsum(~bad)])[first]
-    smooth = normals >= 0
-    if smooth.any():
-        entry = np.arange(len(bad)) + np.repeat(normals - first[:-1], counts)
-        arrays["normals"] = arrays["normals"][entry[np.repeat(smooth, counts) & ~bad]]
-        before = np.cumsum(np.where(smooth, np.diff(new_first), 0))
-        arrays["mesh_normals"] = np.where(smooth, np.append(0, before[:-1]), -1).astype(np.int32)
+    first = arrays["mesh_triangles"].astype(np.int64)
+    arrays["mesh_triangles"] = np.concatenate([[0], np.cumsum(~bad)])[first].astype(np.uint32)
     arrays["triangles"] = arrays["triangles"][~bad]
-    arrays["triangle_slots"] = arrays["triangle_slots"][~bad]
-    arrays["mesh_triangles"] = new_first.astype(np.uint32)
+    if len(arrays["triangle_slots"]):
+        arrays["triangle_slots"] = arrays["triangle_slots"][~bad]
 
 
 def camera_problems(scene: Scene) -> list[Problem]:
@@ -176,18 +168,25 @@ def index_problems(scene: Scene) -> list[Problem]:
 
     ascending("meshes", "mesh_triangles", len(a["triangles"]))
     ascending("materials", "material_first", len(a["instruction_op"]))
+    ascending("meshes", "mesh_vertices", len(a["vertices"]))
     inside("meshes", "triangles", len(a["vertices"]), "vertex", mesh_of)
-    inside("meshes", "triangle_slots", MATERIAL_SLOTS, "slot", mesh_of)
+    if len(a["triangle_slots"]) not in (0, len(a["triangles"])):
+        what = f"{len(a['triangle_slots'])} slots for {len(a['triangles'])} triangles"
+        problems.append(Problem("error", "meshes", what))
     inside("instances", "instance_mesh", len(a["mesh_normals"]), "mesh")
     inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
     if problems:
         return problems
     counts = np.diff(a["mesh_triangles"].astype(np.int64))
-    smooth_end = a["mesh_normals"].astype(np.int64) + counts
+    first = a["mesh_vertices"].astype(np.int64)
+    smooth_end = a["mesh_normals"].astype(np.int64) + np.diff(first)
     outside = (a["mesh_normals"] >= 0) & (smooth_end > len(a["normals"]))
     for mesh in np.flatnonzero(outside | (a["mesh_normals"] < -1)):
-        problems.append(Problem("error", scene.name_of("meshes", mesh), "its corner normals lie outside the array"))
+        problems.append(Problem("error", scene.name_of("meshes", mesh), "its normals lie outside the array"))
+    low, high = vertices_used(a, counts)
+    for mesh in np.flatnonzero((counts > 0) & ((low < first[:-1]) | (high >= first[1:]))):
+        problems.append(Problem("error", scene.name_of("meshes", mesh), "its triangles have vertices of other meshes"))
     slots = slots_used(a, counts)[a["instance_mesh"]] + a["instance_slots"].astype(np.int64)
     for instance in np.flatnonzero((counts[a["instance_mesh"]] > 0) & (slots > len(a["slot_materials"]))):
         problems.append(Problem("error", scene.name_of("instances", instance),
@@ -197,12 +196,21 @@ def index_problems(scene: Scene) -> list[Problem]:
 
 def slots_used(arrays: dict, counts: np.ndarray) -> np.ndarray:
     """Material slots of each mesh: the highest that its triangles use, plus 1; 0 for an empty mesh."""
-    used = np.zeros(len(counts), np.int64)
-    full = counts > 0
-    if full.any():
+    used, full = (counts > 0).astype(np.int64), counts > 0
+    if full.any() and len(arrays["triangle_slots"]):
         starts = arrays["mesh_triangles"][:-1][full].astype(np.int64)
-        used[full] = np.maximum.reduceat(arrays["triangle_slots"], starts) + 1
+        used[full] = np.maximum.reduceat(arrays["triangle_slots"], starts) + np.int64(1)
     return used
+
+
+def vertices_used(arrays: dict, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest vertex of each mesh's triangles, 0 for an empty mesh."""
+    full, low, high = counts > 0, np.zeros(len(counts), np.int64), np.zeros(len(counts), np.int64)
+    if full.any():
+        starts = 3 * arrays["mesh_triangles"][:-1][full].astype(np.int64)
+        corners = arrays["triangles"].reshape(-1)
+        low[full], high[full] = np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
+    return low, high
 
 
 def material_problems(scene: Scene) -> list[Problem]:
@@ -221,7 +229,7 @@ def material_problems(scene: Scene) -> list[Problem]:
 
 
 def bad_triangles(scene: Scene) -> np.ndarray:
-    """Mask (T): a corner or corner normal that is not finite, or no area (float32, as the kernels see it)."""
+    """Mask (T): a vertex or normal that is not finite, or no area (float32, as the kernels see it)."""
     from isophote import _native  # a scene with errors can be told without it
 
     bad, threads = np.empty(len(scene.triangles), np.uint8), os.cpu_count() or 1
@@ -233,12 +241,12 @@ def bad_triangles(scene: Scene) -> np.ndarray:
 
 
 def bad_normals(scene: Scene) -> np.ndarray:
-    wrong = ~np.isfinite(scene.normals).all(axis=(1, 2))
-    first = scene.mesh_triangles.astype(np.int64)
-    bad = np.zeros(len(scene.triangles), bool)
+    """Mask (T): a normal that is not finite."""
+    wrong, bad = ~np.isfinite(scene.normals).all(axis=1), np.zeros(len(scene.triangles), bool)
     for mesh in np.flatnonzero(scene.mesh_normals >= 0):
-        start, count = scene.mesh_normals[mesh], first[mesh + 1] - first[mesh]
-        bad[first[mesh]:first[mesh + 1]] = wrong[start:start + count]
+        own = slice(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1])
+        to_normal = int(scene.mesh_normals[mesh]) - int(scene.mesh_vertices[mesh])
+        bad[own] = wrong[scene.triangles[own].astype(np.int64) + to_normal].any(axis=1)
     return bad
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from isophote.records import numbers
 
 # Columns of 4 bytes a path, by buffer; `aovs` are as many as a picture's further passes want.
-COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 3, "light_reals": 10, "light_uints": 3, "results": 4,
+COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
 KERNELS = ("generate", "extend", "shade", "connect", "accumulate")
 GROUP = 64  # work-items of a group

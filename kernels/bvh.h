@@ -84,14 +84,13 @@ FN real enter_box(real center_x, real half_x, real center_y, real half_y, real c
   return s.enter <= s.leave ? s.enter : REAL(-1.0);
 }
 
-FN Hit keep_closer(Hit best, TriangleHit h, uint instance, uint primitive, uint index, Ray ray) {
+FN Hit keep_closer(Hit best, TriangleHit h, uint instance, uint primitive, Ray ray) {
   int take = h.hit && is_closer(h.t, instance, primitive, best) && is_wanted(h.t, instance, primitive, ray);
   best.t = take ? h.t : best.t;
   best.u = take ? h.u : best.u;
   best.v = take ? h.v : best.v;
   best.instance = take ? instance : best.instance;
   best.primitive = take ? primitive : best.primitive;
-  best.index = take ? index : best.index;
   return best;
 }
 
@@ -100,38 +99,31 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
   while (!last) {
     GLOBAL const Triangle *t = &s.triangles[index];
     float4 v0 = load_float4(t, 0), v1 = load_float4(t, 1), v2 = load_float4(t, 2); /* with what stands behind them */
-    uint slot = bits_of_float(v2.w);
-    last = slot & LAST_IN_LEAF;
+    uint flags = bits_of_float(v2.w);
+    last = flags & LAST_IN_LEAF;
     /* Triangles in an instance inherit its visibility, tested when it was entered. */
-    if (!(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((slot >> 16) & ray.kind)) {
+    if (!(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((flags >> 16) & ray.kind)) {
       TriangleHit h = triangle_hit(load3(v0), load3(v1), load3(v2), space.origin, space.direction, space.shear);
       uint owner = instance != NONE ? instance : bits_of_float(v1.w);
-      if (h.hit) best = keep_closer(best, h, owner, bits_of_float(v0.w), index, ray);
+      if (h.hit) best = keep_closer(best, h, owner, bits_of_float(v0.w), ray);
     }
     index++;
   }
   return best;
 }
 
-FN Hit hit_spheres(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
-  uint last = 0u;
-  while (!last) {
-    GLOBAL const Sphere *sphere = &s.spheres[index];
-    last = sphere->flags & LAST_IN_LEAF;
-    if ((sphere->flags >> 16) & ray.kind) {
-      SphereHit h = sphere_hit(load3(sphere->center), to_real(sphere->radius), space.origin, space.direction);
-      TriangleHit candidate;
-      candidate.hit = h.hit;
-      candidate.u = REAL(0.0);
-      candidate.v = REAL(0.0);
-      candidate.t = h.t_near;
-      best = keep_closer(best, candidate, SPHERE_INSTANCE, sphere->primitive, index | INDEX_SPHERE, ray);
-      candidate.t = h.t_far;
-      best = keep_closer(best, candidate, SPHERE_INSTANCE, sphere->primitive, index | INDEX_SPHERE, ray);
-    }
-    index++;
-  }
-  return best;
+FN Hit hit_sphere(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
+  GLOBAL const Sphere *sphere = &s.spheres[index];
+  if (!(sphere->visibility & ray.kind)) return best;
+  SphereHit h = sphere_hit(load3(sphere->center), to_real(sphere->radius), space.origin, space.direction);
+  TriangleHit candidate;
+  candidate.hit = h.hit;
+  candidate.u = REAL(0.0);
+  candidate.v = REAL(0.0);
+  candidate.t = h.t_near;
+  best = keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
+  candidate.t = h.t_far;
+  return keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
 }
 
 /* A ray on its way through the trees. Functions change it in place: to copy structs with vectors in them makes NVIDIA's
@@ -177,8 +169,8 @@ FN void pass_leaf(Walk *w, uint *stack, Scene s, int any) {
   uint kind = REF_KIND(w->ref), index = REF_INDEX(w->ref);
   if (kind == REF_TRIANGLES) {
     w->best = hit_triangles(s, index, w->instance, w->space, w->ray, w->best);
-  } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
-    w->best = hit_spheres(s, index, w->space, w->ray, w->best);
+  } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERE) {
+    w->best = hit_sphere(s, index, w->space, w->ray, w->best);
   } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && w->ref == REF_RETURN) {
     w->instance = NONE;
     w->space = make_local_ray(w->ray.origin, w->ray.direction);
@@ -191,7 +183,7 @@ FN void pass_leaf(Walk *w, uint *stack, Scene s, int any) {
     return;
   }
   w->ref = stack[--w->top];
-  if (any && w->best.index != NONE) w->ref = NONE;
+  if (any && w->best.instance != NONE) w->ref = NONE;
 }
 
 /* Lanes of a GPU that run together do each instruction for all of them or leave some idle. So all first go down to

@@ -65,6 +65,7 @@ FN uint lanes_together(void) {
 #define GLOBAL
 #define FN static inline __attribute__((always_inline))
 typedef unsigned int uint;
+typedef unsigned short ushort;
 #ifdef ISOPHOTE_REFERENCE
 typedef double real;
 #define REAL(x) x

@@ -37,12 +37,10 @@ FN Ray free_ray(real3 origin, real3 direction, real t_min, real t_max) {
   return r;
 }
 
-#define INDEX_SPHERE 0x80000000u
 typedef struct {
   real t;
   real u, v; /* barycentric weights of v1 and v2 */
-  uint instance, primitive; /* numbers in the scene's order; spheres: NONE - 1 and the sphere */
-  uint index; /* into triangles, or spheres with INDEX_SPHERE set; NONE: no hit */
+  uint instance, primitive; /* numbers in the scene's order; SPHERE_INSTANCE and the sphere's; NONE: no hit */
 } Hit;
 
 #define SPHERE_INSTANCE (NONE - 1u)
@@ -54,7 +52,6 @@ FN Hit no_hit(real t_max) {
   h.v = REAL(0.0);
   h.instance = NONE;
   h.primitive = NONE;
-  h.index = NONE;
   return h;
 }
 

@@ -9,9 +9,11 @@
   X(World, world, "one")                                                                       \
   X(Bvh2Node, nodes, "of the world's tree and of those of instanced meshes")                   \
   X(Triangle, triangles, "in the order of the leaves")                                         \
-  X(uint, normal_index, "of each triangle: its entry in corner_normals, or NONE if flat")      \
-  X(CornerNormals, corner_normals, "of smooth triangles")                                      \
-  X(Sphere, spheres, "in the order of the leaves")                                             \
+  X(packed3, vertices, "of all meshes; world space of meshes with one user, else object space") \
+  X(uint, indices, "three vertices a triangle, in the scene's order")                          \
+  X(packed3, normals, "unit, of the vertices of smooth meshes, in the space of the vertices")  \
+  X(ushort, slots, "material slot of each triangle; empty where all are 0")                    \
+  X(Sphere, spheres, "")                                                                       \
   X(Instance, instances, "every instance of the scene")                                        \
   X(uint, slot_materials, "material of each instance's slots")                                 \
   X(Material, materials, "")                                                                   \

@@ -24,6 +24,7 @@
 #define FEATURE_SMOOTH 64u
 #define FEATURE_EMISSION 128u
 #define FEATURE_LAMPS 256u     /* lights to sample that are no triangles */
+#define FEATURE_SLOTS 512u     /* some triangle has another material slot than 0 */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -43,7 +44,7 @@ typedef struct {
 /* A reference into the tree: kind in the two highest bits, index in the others. */
 #define REF_NODE 0u
 #define REF_TRIANGLES 1u /* a run of triangles that ends at the one marked LAST_IN_LEAF */
-#define REF_SPHERES 2u
+#define REF_SPHERE 2u
 #define REF_INSTANCE 3u
 #define REF_KIND(ref) ((ref) >> 30)
 #define REF_INDEX(ref) ((ref) & 0x3fffffffu)
@@ -56,26 +57,21 @@ typedef struct {
   uint unused[2];
 } Bvh2Node;
 
-/* A triangle in the order of the tree's leaves. Triangles of meshes with one user lie in world
- * space; the others in object space, reached through an Instance. */
+/* What tracing reads of a triangle, in the order of the tree's leaves. Triangles of meshes with one user lie in
+ * world space; the others in object space, reached through an Instance. Shading reads the mesh instead. */
 typedef struct {
   packed3 v0;
   uint primitive; /* number in the scene's order: decides ties */
   packed3 v1;
   uint instance; /* of world-space triangles; NONE in object space */
   packed3 v2;
-  uint slot; /* material slot | visibility << 16 | LAST_IN_LEAF */
+  uint flags; /* visibility << 16 | LAST_IN_LEAF */
 } Triangle;
-
-typedef struct {
-  packed3 n0, n1, n2;
-} CornerNormals; /* unit, object space of the mesh (world space where the triangle is) */
 
 typedef struct {
   packed3 center;
   float radius;
-  uint primitive, material;
-  uint flags; /* visibility << 16 | LAST_IN_LEAF */
+  uint material, visibility;
 } Sphere;
 
 typedef struct {
@@ -88,13 +84,17 @@ typedef struct {
   uint features; /* FEATURE_ bits of the scene */
 } World;
 
+/* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
+ * front stays the front. */
+#define INSTANCE_MIRRORED 0x100u
+#define INSTANCE_SMOOTH 0x200u /* its mesh has normals */
 typedef struct {
   float to_world[12];  /* 3 rows of 4 */
   float to_object[12]; /* 3 rows of 4 */
   uint root;           /* reference to the mesh's tree; NONE where its triangles lie in world space */
   uint first_slot;     /* in slot_materials */
-  uint visibility;
-  uint unused;
+  uint visibility;     /* kinds of rays | INSTANCE_ flags */
+  uint first_normal;   /* a vertex's number and this add up, modulo 2^32, to that of its normal */
 } Instance;
 
 #define MATERIAL_EMITS 1u

@@ -46,7 +46,7 @@ FN Receiver path_receiver(Path p) {
   return make_receiver(make_real3(p.ox, p.oy, p.oz), p.status >> PATH_RECEIVER_SHIFT);
 }
 
-FN LightHit find_lamp(Light l, Path p, Hit h) { return hit_lamp(l, path_ray(p), h.t, h.index == NONE); }
+FN LightHit find_lamp(Light l, Path p, Hit h) { return hit_lamp(l, path_ray(p), h.t, h.instance == NONE); }
 
 /* Light that reaches the path's ray from lamp l, which find_lamp has found. */
 FN real3 see_lamp(Scene s, Params params, Light l, Path p, LightHit seen) {
@@ -70,7 +70,7 @@ FN real lost_alpha(Params params, Path p) {
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */
 FN real3 see_emission(Scene s, Params params, Material m, Path p, Hit h) {
-  int compete = (p.pdf > REAL(0.0)) & !(h.index & INDEX_SPHERE);
+  int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);
   real light_pdf = REAL(0.0);
   if (compete) light_pdf = emission_pdf(s, h, path_receiver(p), make_real3(p.dx, p.dy, p.dz));
   real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
@@ -254,7 +254,7 @@ FN Shadow make_shadow(Ray ray, int passed) {
  * of paths, as Cycles counts (integrate_shadow_max_transparent_hits). */
 FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
   d.going = 0;
-  if (h.index == NONE) return d;
+  if (h.instance == NONE) return d;
   Surface at = make_surface(s, d.ray, h, features);
   Material m = s.materials[at.material];
   d.going = (d.passed + 1 < params.transparent_bounces) & ((m.flags & MATERIAL_TRANSPARENT) != 0u);
@@ -270,7 +270,7 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
 FN real3 trace_connection(Scene s, Params params, Ray ray, int passed, uint features) {
   if (!(features & FEATURE_TRANSPARENT)) {
     Hit h = trace(s, ray, 1);
-    return select3(h.index == NONE, splat3(REAL(1.0)), zero3());
+    return select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
   }
   Shadow d = make_shadow(ray, passed);
   while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features);

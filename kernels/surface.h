@@ -30,24 +30,34 @@ FN real3 face_viewer(real3 ns, real3 wo) {
   return select3(lift > REAL(0.0), bent, ns);
 }
 
+/* Of a hit. */
+FN uint hit_material(Scene s, Hit h, uint features) {
+  if ((features & FEATURE_SPHERES) && h.instance == SPHERE_INSTANCE) return s.spheres[h.primitive].material;
+  uint slot = (features & FEATURE_SLOTS) ? s.slots[h.primitive] : 0u;
+  return s.slot_materials[s.instances[h.instance].first_slot + slot];
+}
+
 /* Error bounds of the point after Pharr, Jakob and Humphreys 2016, PBR 3rd ed., section 3.9.4 to 3.9.5,
  * doubled for the roundings of the offset itself. h must be a hit. */
 FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
   Surface r;
   real3 error;
   real3 ng, ns;
-  if ((features & FEATURE_SPHERES) && (h.index & INDEX_SPHERE)) {
-    GLOBAL const Sphere *sphere = &s.spheres[h.index & ~INDEX_SPHERE];
+  r.material = hit_material(s, h, features);
+  if ((features & FEATURE_SPHERES) && h.instance == SPHERE_INSTANCE) {
+    GLOBAL const Sphere *sphere = &s.spheres[h.primitive];
     real3 center = load3(sphere->center);
     real radius = to_real(sphere->radius);
     ng = normalize3(ray.origin + ray.direction * h.t - center);
     ns = ng;
     r.p = center + ng * radius;
     error = (abs3(center) + splat3(radius)) * (REAL(8.0) * ROUNDING);
-    r.material = sphere->material;
   } else {
-    GLOBAL const Triangle *t = &s.triangles[h.index];
-    real3 v0 = load3(t->v0), v1 = load3(t->v1), v2 = load3(t->v2);
+    GLOBAL const Instance *instance = &s.instances[h.instance];
+    GLOBAL const uint *corner = &s.indices[3u * h.primitive];
+    uint swap = (instance->visibility & INSTANCE_MIRRORED) ? 1u : 0u;
+    uint i0 = corner[0], i1 = corner[1u + swap], i2 = corner[2u - swap];
+    real3 v0 = load3(s.vertices[i0]), v1 = load3(s.vertices[i1]), v2 = load3(s.vertices[i2]);
     real b0 = REAL(1.0) - h.u - h.v;
     r.p = v0 * b0 + v1 * h.u + v2 * h.v;
     error = (abs3(v0) * fabs(b0) + abs3(v1) * fabs(h.u) + abs3(v2) * fabs(h.v)) * (REAL(8.0) * ROUNDING);
@@ -58,15 +68,11 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     real3 across = normalize3(ng);
     error = error + abs3(across) * fabs(dot3(across, r.p - v0)) + (abs3(e1) + abs3(e2)) * (REAL(4.0) * ROUNDING);
     if (features & FEATURE_SMOOTH) {
-      uint n = s.normal_index[h.index];
-      if (n != NONE) {
-        GLOBAL const CornerNormals *c = &s.corner_normals[n];
-        ns = load3(c->n0) * b0 + load3(c->n1) * h.u + load3(c->n2) * h.v;
-      }
+      uint first = instance->first_normal;
+      if (instance->visibility & INSTANCE_SMOOTH)
+        ns = load3(s.normals[first + i0]) * b0 + load3(s.normals[first + i1]) * h.u + load3(s.normals[first + i2]) * h.v;
     }
-    GLOBAL const Instance *instance = &s.instances[h.instance];
-    r.material = s.slot_materials[instance->first_slot + (t->slot & 0xffffu)];
-    if ((features & FEATURE_INSTANCES) && t->instance == NONE) {
+    if ((features & FEATURE_INSTANCES) && instance->root != NONE) {
       GLOBAL const float *out = instance->to_world;
       GLOBAL const float *in = instance->to_object;
       /* The object-space ray was off by the rounding of its own transform, and the two matrices, as they

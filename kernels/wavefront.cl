@@ -26,7 +26,6 @@ FN void store_hit(HIT_PARAMETERS, uint stride, uint i, Hit h) {
   hit_reals[2u * stride + i] = h.v;
   hit_uints[i] = h.instance;
   hit_uints[stride + i] = h.primitive;
-  hit_uints[2u * stride + i] = h.index;
 }
 
 FN Hit load_hit(HIT_PARAMETERS, uint stride, uint i) {
@@ -36,7 +35,6 @@ FN Hit load_hit(HIT_PARAMETERS, uint stride, uint i) {
   h.v = hit_reals[2u * stride + i];
   h.instance = hit_uints[i];
   h.primitive = hit_uints[stride + i];
-  h.index = hit_uints[2u * stride + i];
   return h;
 }
 
@@ -180,7 +178,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
       if (seen.hit) add_result(results, stride, p.slot, see_lamp(s, params, s.lights[l], p, seen));
     }
   }
-  if (h.index == NONE) {
+  if (h.instance == NONE) {
     add_result(results, stride, p.slot, see_world(s, params, p));
     results[3u * stride + p.slot] -= lost_alpha(params, p);
     return r;
@@ -307,7 +305,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
     }
     go_on(&w, stack, s, 1, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {
-      if (w.best.index == NONE) add_result(results, stride, i, c.light);
+      if (w.best.instance == NONE) add_result(results, stride, i, c.light);
       k = atomic_inc(&next);
     }
   }

@@ -22,7 +22,7 @@ struct Batch {
   alignas(64) real path_reals[2][PATH_REAL_COUNT * CAPACITY];
   alignas(64) uint path_uints[2][PATH_UINT_COUNT * CAPACITY];
   alignas(64) real hit_t[CAPACITY], hit_u[CAPACITY], hit_v[CAPACITY];
-  alignas(64) uint hit_instance[CAPACITY], hit_primitive[CAPACITY], hit_index[CAPACITY];
+  alignas(64) uint hit_instance[CAPACITY], hit_primitive[CAPACITY];
   alignas(64) uint key[CAPACITY], order[CAPACITY], alive[CAPACITY];
   /* surfaces */
   alignas(64) real px[CAPACITY], py[CAPACITY], pz[CAPACITY], offset[CAPACITY];
@@ -77,7 +77,6 @@ FN Hit load_hit(const Batch &b, uint i) {
   h.v = b.hit_v[i];
   h.instance = b.hit_instance[i];
   h.primitive = b.hit_primitive[i];
-  h.index = b.hit_index[i];
   return h;
 }
 

@@ -13,9 +13,11 @@
 #include "../kernels/params.h"
 #include "../kernels/scene_buffers.h"
 #include "bvh_build.h"
+#include "fingerprint.h"
 #include "isophote_build.h"
 #include "refit.h"
 #include "render.h"
+#include "split_vertices.h"
 #include "triangles.h"
 
 namespace nb = nanobind;
@@ -80,28 +82,68 @@ using Floats = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::devi
 using Uints = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-using Corners = nb::ndarray<const float, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
+using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Ints = nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using MutableFloats = nb::ndarray<float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
-nb::tuple make_tree(Corners corners, Floats lo, Floats hi, Uints reference, float margin, uint32_t node_base,
-                    uint32_t triangle_base, uint32_t sphere_base, int max_leaf, int threads) {
-  size_t n = lo.shape(0);
-  if (hi.shape(0) != n || reference.shape(0) != n)
+size_t uses_in(const Bytes &uses) {
+  if (uses.size() % sizeof(MeshUse)) throw std::invalid_argument("uses of meshes of the wrong size");
+  return uses.size() / sizeof(MeshUse);
+}
+
+/* Meshes, and the arrays that they are in. */
+struct MeshArrays {
+  Floats vertices;
+  Indices triangles;
+  Uints first;
+  Bytes uses;
+
+  MeshArrays(Floats vertices_, Indices triangles_, Uints first_, Bytes uses_)
+      : vertices(vertices_), triangles(triangles_), first(first_), uses(uses_) {
+    if (first.shape(0) != uses_in(uses) + 1 || first.data()[uses_in(uses)] != triangles.shape(0))
+      throw std::invalid_argument("Meshes: the first triangles do not fit the uses or the triangles");
+  }
+  Meshes view() const {
+    return {vertices.data(), triangles.data(), first.data(), reinterpret_cast<const MeshUse *>(uses.data()), uses_in(uses)};
+  }
+  LeafTriangles leaves(const Uints &order, const Bytes &last) const {
+    if (order.shape(0) != last.shape(0)) throw std::invalid_argument("order and last must have the same length");
+    return {view(), order.data(), last.data(), order.shape(0)};
+  }
+};
+
+BuildInput build_input(const MeshArrays &meshes, const Uints &members, float margin, float item_cost) {
+  std::vector<uint32_t> all(members.data(), members.data() + members.shape(0));
+  for (uint32_t m : all)
+    if (m >= meshes.view().count) throw std::invalid_argument("members: no such mesh");
+  return {meshes.view(), std::move(all), nullptr, nullptr, nullptr, 0, margin, item_cost};
+}
+
+nb::tuple make_tree(const MeshArrays &meshes, Uints members, Floats lo, Floats hi, Uints reference, float margin,
+                    float item_cost, int max_leaf, int threads) {
+  BuildInput input = build_input(meshes, members, margin, item_cost);
+  input.others = lo.shape(0);
+  if (hi.shape(0) != input.others || reference.shape(0) != input.others)
     throw std::invalid_argument("make_tree: lo, hi and reference must have the same length");
-  BuildInput input{corners.data(), corners.shape(0), lo.data(), hi.data(), reference.data(), n, margin};
-  if (input.size() >> 30) throw std::invalid_argument("make_tree: a tree holds less than 2^30 items");
+  input.lo = lo.data(), input.hi = hi.data(), input.reference = reference.data();
+  if ((input.meshes.triangle_count() + input.others) >> 30)
+    throw std::invalid_argument("make_tree: a scene holds less than 2^30 triangles and other things");
   Tree tree;
   {
     nb::gil_scoped_release release;
-    tree = build_tree(input, {node_base, triangle_base, sphere_base}, max_leaf, threads);
+    tree = build_tree(std::move(input), max_leaf, threads);
   }
   return nb::make_tuple(to_bytes(std::move(tree.nodes)), to_array(std::move(tree.order)), to_array(std::move(tree.last)),
                         tree.root, tree.depth);
 }
 
 /* Seconds of the stages of building, as in Tree. */
-std::vector<double> time_tree(Corners corners, float margin, int max_leaf, int threads) {
+std::vector<double> time_tree(const MeshArrays &meshes, Uints members, float margin, float item_cost, int max_leaf,
+                              int threads) {
+  BuildInput input = build_input(meshes, members, margin, item_cost);
   nb::gil_scoped_release release;
-  Tree tree = build_tree({corners.data(), corners.shape(0), nullptr, nullptr, nullptr, 0, margin}, {}, max_leaf, threads);
+  Tree tree = build_tree(std::move(input), max_leaf, threads);
   return {tree.seconds, tree.seconds + 3};
 }
 
@@ -118,11 +160,41 @@ std::vector<const void *> pointers(const std::vector<Bytes> &buffers) {
   return p;
 }
 
-WideTree wide_tree(Bytes nodes, Bytes triangles, Bytes instances, uint32_t root, int threads) {
+/* `sources`: (nodes, order, last, root) of a BVH2, or (wide tree, number of its part). */
+WideTree wide_tree(const MeshArrays &meshes, nb::list sources, Uints tree_of, int threads) {
+  std::vector<WideSource> all;
+  for (nb::handle each : sources) {
+    auto source = nb::cast<nb::tuple>(each);
+    if (source.size() == 2) {
+      const auto *kept = nb::cast<const WideTree *>(source[0]);
+      all.push_back({nullptr, 0, {}, NONE, kept, nb::cast<size_t>(source[1])});
+      if (all.back().part >= kept->parts.size()) throw std::invalid_argument("make_wide_tree: no such part");
+    } else {
+      auto nodes = nb::cast<Bytes>(source[0]); /* the tuple keeps the arrays */
+      all.push_back({reinterpret_cast<const Bvh2Node *>(nodes.data()), nodes.size() / sizeof(Bvh2Node),
+                     meshes.leaves(nb::cast<Uints>(source[1]), nb::cast<Bytes>(source[2])), nb::cast<uint32_t>(source[3]),
+                     nullptr, 0});
+    }
+  }
+  for (size_t i = 0; i < tree_of.size(); i++)
+    if (tree_of.data()[i] != NONE && tree_of.data()[i] >= all.size()) throw std::invalid_argument("make_wide_tree: no such tree");
+  if (all.empty()) throw std::invalid_argument("make_wide_tree: no tree");
   nb::gil_scoped_release release;
-  return make_wide_tree(reinterpret_cast<const Bvh2Node *>(nodes.data()), nodes.size() / sizeof(Bvh2Node),
-                        reinterpret_cast<const Triangle *>(triangles.data()),
-                        reinterpret_cast<const Instance *>(instances.data()), instances.size() / sizeof(Instance), root, threads);
+  return make_wide_tree(all, tree_of.data(), tree_of.size(), threads);
+}
+
+nb::tuple refit_wide(const MeshArrays &meshes, WideTree &tree, size_t part, Floats lo, Floats hi, Uints reference,
+                     float margin, int threads) {
+  size_t count = reference.shape(0);
+  if (part >= tree.parts.size() || lo.shape(0) != count || hi.shape(0) != count)
+    throw std::invalid_argument("refit_wide_tree: no such part, or not a box for each reference");
+  Leaves leaves{{meshes.view(), nullptr, nullptr, 0}, reference.data(), lo.data(), hi.data(), count, margin};
+  double cost;
+  {
+    nb::gil_scoped_release release;
+    cost = refit_part(tree, part, leaves, threads);
+  }
+  return nb::make_tuple(tree.parts[part].built_cost, cost);
 }
 
 bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
@@ -148,46 +220,52 @@ nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, c
   const Variant &v = find_variant(variant);
   std::vector<const void *> scene = pointers(buffers);
   size_t n = rays.shape(0);
-  std::vector<float> hits(4 * n);
+  std::vector<float> hits(3 * n);
   std::vector<uint32_t> ids(2 * n);
   {
     nb::gil_scoped_release release;
     v.trace(scene.data(), tree, rays.data(), long(n), any, threads, packets, hits.data(), ids.data());
   }
-  return nb::make_tuple(to_array(std::move(hits), 4), to_array(std::move(ids), 2));
+  return nb::make_tuple(to_array(std::move(hits), 3), to_array(std::move(ids), 2));
 }
 
-using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using MutableUints = nb::ndarray<uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using MutableCorners = nb::ndarray<float, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
-
-Parts parts_of(const Bytes &parts) {
-  if (parts.size() % sizeof(Part)) throw std::invalid_argument("parts of the wrong size");
-  return Parts(reinterpret_cast<const Part *>(parts.data()), parts.size() / sizeof(Part));
-}
-
-void bake(Floats vertices, Indices triangles, Bytes parts, int threads, MutableCorners corners) {
-  Parts all = parts_of(parts);
-  if (corners.shape(0) != all.size()) throw std::invalid_argument("bake_corners: corners do not fit the parts");
-  SceneTriangles scene{vertices.data(), triangles.data(), nullptr, nullptr};
+void bake_vertices_of(Floats from, Uints first, Bytes uses, int threads, MutableFloats to) {
+  size_t meshes = uses_in(uses);
+  if (first.shape(0) != meshes + 1 || first.data()[meshes] != from.shape(0) || to.shape(0) != from.shape(0))
+    throw std::invalid_argument("bake_vertices: arrays do not fit the meshes");
   nb::gil_scoped_release release;
-  bake_corners(scene, all, corners.data(), threads);
+  bake_vertices(from.data(), first.data(), reinterpret_cast<const MeshUse *>(uses.data()), meshes, to.data(), threads);
 }
 
-void place(Uints slots, Corners normals, Bytes parts, Corners corners, Uints order, Bytes last, int threads,
-           MutableBytes placed, MutableUints normal_index, MutableBytes placed_normals) {
-  Parts all = parts_of(parts);
-  size_t count = order.shape(0); /* more than triangles, where some are in several leaves */
-  if (count < all.size() || last.shape(0) != count || corners.shape(0) != all.size() || normal_index.shape(0) != count ||
-      placed.shape(0) != count * sizeof(Triangle) ||
-      placed_normals.shape(0) != all.smooth(order.data(), count) * sizeof(CornerNormals))
-    throw std::invalid_argument("place_triangles: arrays do not fit the parts");
-  PlacedTriangles out{reinterpret_cast<Triangle *>(placed.data()), normal_index.data(),
-                      reinterpret_cast<CornerNormals *>(placed_normals.data())};
-  SceneTriangles scene{nullptr, nullptr, slots.data(), normals.data()};
+void bake_normals_of(Floats from, Ints first_normal, Uints first, Bytes uses, int threads, MutableFloats to) {
+  size_t meshes = uses_in(uses);
+  if (first.shape(0) != meshes + 1 || first_normal.shape(0) != meshes || to.shape(0) != from.shape(0))
+    throw std::invalid_argument("bake_normals: arrays do not fit the meshes");
+  for (size_t m = 0; m < meshes; m++)
+    if (first_normal.data()[m] >= 0 && size_t(first_normal.data()[m]) + first.data()[m + 1] - first.data()[m] > from.shape(0))
+      throw std::invalid_argument("bake_normals: a mesh has fewer normals than vertices");
   nb::gil_scoped_release release;
-  place_triangles(scene, all, corners.data(), order.data(), last.data(), count, threads, out);
+  bake_normals(from.data(), first_normal.data(), first.data(), reinterpret_cast<const MeshUse *>(uses.data()), meshes,
+               to.data(), threads);
+}
+
+void triangles_of(const MeshArrays &meshes, Uints order, Bytes last, int threads, MutableBytes to) {
+  LeafTriangles leaves = meshes.leaves(order, last);
+  if (to.shape(0) != leaves.count * sizeof(Triangle)) throw std::invalid_argument("make_triangles: a record for each");
+  nb::gil_scoped_release release;
+  make_triangles(leaves, reinterpret_cast<Triangle *>(to.data()), threads);
+}
+
+nb::tuple split(Uints vertex, Floats normals, size_t vertices, int threads) {
+  if (vertex.shape(0) != normals.shape(0)) throw std::invalid_argument("split_vertices: a normal for each corner");
+  for (size_t c = 0; c < vertex.shape(0); c++)
+    if (vertex.data()[c] >= vertices) throw std::invalid_argument("split_vertices: no such vertex");
+  SplitVertices made;
+  {
+    nb::gil_scoped_release release;
+    made = split_vertices(vertex.data(), normals.data(), vertex.shape(0), vertices, threads);
+  }
+  return nb::make_tuple(to_array(std::move(made.corner)), to_array(std::move(made.origin)), to_array(std::move(made.normals), 3));
 }
 
 void bad_triangles(Floats vertices, Indices triangles, int threads, MutableBytes bad) {
@@ -203,9 +281,13 @@ void mesh_boxes(Floats vertices, Indices triangles, Uints mesh_triangles, int th
   find_mesh_boxes(vertices.data(), triangles.data(), mesh_triangles.data(), boxes.shape(0), boxes.data(), threads);
 }
 
-bool same(Bytes a, Bytes b, int threads) {
-  nb::gil_scoped_release release;
-  return a.size() == b.size() && same_bytes(a.data(), b.data(), a.size(), threads);
+nb::tuple fingerprint_of(Bytes bytes, int threads) {
+  Fingerprint made;
+  {
+    nb::gil_scoped_release release;
+    made = fingerprint(bytes.data(), bytes.size(), threads);
+  }
+  return nb::make_tuple(made.low, made.high);
 }
 
 bool are_finite(nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu> values, int threads) {
@@ -213,12 +295,11 @@ bool are_finite(nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::
   return all_finite(values.data(), values.shape(0), threads);
 }
 
-nb::tuple refit(MutableBytes nodes, uint32_t root, Bytes triangles, Bytes spheres, Uints instances, Floats lo, Floats hi,
-                float margin, int threads) {
-  size_t count = instances.shape(0);
-  if (lo.shape(0) != count || hi.shape(0) != count) throw std::invalid_argument("refit_tree: a box for each instance");
-  Leaves leaves{reinterpret_cast<const Triangle *>(triangles.data()), reinterpret_cast<const Sphere *>(spheres.data()),
-                instances.data(), lo.data(), hi.data(), count, margin};
+nb::tuple refit(const MeshArrays &meshes, MutableBytes nodes, uint32_t root, Uints order, Bytes last, Floats lo, Floats hi,
+                Uints reference, float margin, int threads) {
+  size_t count = reference.shape(0);
+  if (lo.shape(0) != count || hi.shape(0) != count) throw std::invalid_argument("refit_tree: a box for each reference");
+  Leaves leaves{meshes.leaves(order, last), reference.data(), lo.data(), hi.data(), count, margin};
   TreeCost cost;
   {
     nb::gil_scoped_release release;
@@ -241,27 +322,35 @@ NB_MODULE(_native, m) {
 #undef X
   sizes["params"] = sizeof(Params);
   m.attr("sizes") = sizes;
-  m.def("make_tree", &make_tree, nb::arg("corners"), nb::arg("lo"), nb::arg("hi"), nb::arg("reference"),
-        nb::arg("margin"), nb::arg("node_base"), nb::arg("triangle_base"), nb::arg("sphere_base"), nb::arg("max_leaf"), nb::arg("threads"));
-  m.def("time_tree", &time_tree, nb::arg("corners"), nb::arg("margin"), nb::arg("max_leaf"), nb::arg("threads"));
-  nb::class_<WideTree>(m, "WideTree").def_prop_ro("bytes", &wide_bytes);
+  nb::class_<MeshArrays>(m, "Meshes")
+      .def(nb::init<Floats, Indices, Uints, Bytes>(), nb::arg("vertices"), nb::arg("triangles"), nb::arg("first"), nb::arg("uses"))
+      .def_prop_ro("triangle_count", [](const MeshArrays &m) { return m.view().triangle_count(); });
+  m.def("make_tree", &make_tree, nb::arg("meshes"), nb::arg("members"), nb::arg("lo"), nb::arg("hi"), nb::arg("reference"),
+        nb::arg("margin"), nb::arg("item_cost"), nb::arg("max_leaf"), nb::arg("threads"));
+  m.def("time_tree", &time_tree, nb::arg("meshes"), nb::arg("members"), nb::arg("margin"), nb::arg("item_cost"),
+        nb::arg("max_leaf"), nb::arg("threads"));
+  nb::class_<WideTree>(m, "WideTree")
+      .def_prop_ro("bytes", &wide_bytes)
+      .def("triangles", [](const WideTree &tree, size_t part) { return tree.parts.at(part).triangles; }, nb::arg("part"));
   m.def("batch_bytes", [](const std::string &variant) { return find_variant(variant).batch_bytes(); }, nb::arg("variant"));
-  m.def("make_wide_tree", &wide_tree, nb::arg("nodes"), nb::arg("triangles"), nb::arg("instances"), nb::arg("root"),
-        nb::arg("threads"));
+  m.def("make_wide_tree", &wide_tree, nb::arg("meshes"), nb::arg("sources"), nb::arg("tree_of"), nb::arg("threads"));
+  m.def("refit_wide_tree", &refit_wide, nb::arg("meshes"), nb::arg("tree"), nb::arg("part"), nb::arg("lo"), nb::arg("hi"),
+        nb::arg("reference"), nb::arg("margin"), nb::arg("threads"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
         nb::arg("sums"), nb::arg("rays"), nb::arg("cancelled"));
   m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),
         nb::arg("rays"), nb::arg("any"), nb::arg("threads"), nb::arg("packets") = false);
-  m.def("bake_corners", &bake, nb::arg("vertices"), nb::arg("triangles"), nb::arg("parts"), nb::arg("threads"),
-        nb::arg("corners"));
-  m.def("place_triangles", &place, nb::arg("slots"), nb::arg("normals"), nb::arg("parts"), nb::arg("corners"),
-        nb::arg("order"), nb::arg("last"), nb::arg("threads"), nb::arg("placed"), nb::arg("normal_index"),
-        nb::arg("placed_normals"));
+  m.def("bake_vertices", &bake_vertices_of, nb::arg("vertices"), nb::arg("first"), nb::arg("uses"), nb::arg("threads"),
+        nb::arg("to"));
+  m.def("bake_normals", &bake_normals_of, nb::arg("normals"), nb::arg("first_normal"), nb::arg("first"), nb::arg("uses"),
+        nb::arg("threads"), nb::arg("to"));
+  m.def("make_triangles", &triangles_of, nb::arg("meshes"), nb::arg("order"), nb::arg("last"), nb::arg("threads"), nb::arg("to"));
+  m.def("split_vertices", &split, nb::arg("vertex"), nb::arg("normals"), nb::arg("vertices"), nb::arg("threads"));
   m.def("find_bad_triangles", &bad_triangles, nb::arg("vertices"), nb::arg("triangles"), nb::arg("threads"), nb::arg("bad"));
   m.def("find_mesh_boxes", &mesh_boxes, nb::arg("vertices"), nb::arg("triangles"), nb::arg("mesh_triangles"),
         nb::arg("threads"), nb::arg("boxes"));
-  m.def("same_bytes", &same, nb::arg("a"), nb::arg("b"), nb::arg("threads"));
+  m.def("fingerprint", &fingerprint_of, nb::arg("bytes"), nb::arg("threads"));
   m.def("all_finite", &are_finite, nb::arg("values"), nb::arg("threads"));
-  m.def("refit_tree", &refit, nb::arg("nodes"), nb::arg("root"), nb::arg("triangles"), nb::arg("spheres"),
-        nb::arg("instances"), nb::arg("lo"), nb::arg("hi"), nb::arg("margin"), nb::arg("threads"));
+  m.def("refit_tree", &refit, nb::arg("meshes"), nb::arg("nodes"), nb::arg("root"), nb::arg("order"), nb::arg("last"),
+        nb::arg("lo"), nb::arg("hi"), nb::arg("reference"), nb::arg("margin"), nb::arg("threads"));
 }

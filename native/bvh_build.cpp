@@ -16,7 +16,7 @@ namespace {
 constexpr int MAX_DEPTH = 44; /* kernels/bvh.h keeps a stack of 96 for two levels */
 constexpr size_t CHUNK = 4096; /* items that one thread bins or moves at a time */
 constexpr size_t PARTS = 256;  /* about how many subtrees are shared out */
-constexpr float NODE_COST = 1.0f, ITEM_COST = 1.0f;
+constexpr float NODE_COST = 1.0f;
 
 /* Items [first, end) that a subtree is to be made of, and the bounds of their boxes and centers. They lie
  * in one of two arrays, between which they go to and fro as parts are split. */
@@ -41,8 +41,8 @@ struct Subtree {
 
 class Builder {
  public:
-  Builder(const BuildInput &input, TreeBase base, int max_leaf, int threads)
-      : input_(input), base_(base), max_leaf_(size_t(max_leaf)), threads_(threads), n_(input.size()),
+  Builder(BuildInput input, int max_leaf, int threads)
+      : input_(std::move(input)), max_leaf_(size_t(max_leaf)), threads_(threads), n_(input_.size()),
         large_(std::max(4 * CHUNK, n_ / PARTS)) {
     items_[0] = std::make_unique_for_overwrite<Item[]>(n_);
   }
@@ -50,7 +50,7 @@ class Builder {
   Tree build() {
     double started = omp_get_wtime();
     Part whole = make_items();
-    if (input_.triangles) add_pieces(whole);
+    if (input_.triangles()) add_pieces(whole);
     items_[1] = std::make_unique_for_overwrite<Item[]>(n_);
     tree_.order.resize(n_);
     tree_.last.resize(n_);
@@ -85,19 +85,21 @@ class Builder {
 
   Item make_item_of(size_t i) const {
     Box box{};
-    if (i < input_.triangles) {
-      const float *c = input_.corners + 9 * i;
+    uint32_t position = input_.position_of(i);
+    if (i < input_.triangles()) {
+      const float *p = input_.meshes.corner(position, 0), *q = input_.meshes.corner(position, 1);
+      const float *r = input_.meshes.corner(position, 2);
       for (int a = 0; a < 3; a++) {
-        box[a] = std::min({c[a], c[3 + a], c[6 + a]});
-        box[4 + a] = -std::max({c[a], c[3 + a], c[6 + a]});
+        box[a] = std::min({p[a], q[a], r[a]});
+        box[4 + a] = -std::max({p[a], q[a], r[a]});
       }
     } else {
       for (int a = 0; a < 3; a++) {
-        box[a] = input_.lo[3 * (i - input_.triangles) + size_t(a)];
-        box[4 + a] = -input_.hi[3 * (i - input_.triangles) + size_t(a)];
+        box[a] = input_.lo[3 * (i - input_.triangles()) + size_t(a)];
+        box[4 + a] = -input_.hi[3 * (i - input_.triangles()) + size_t(a)];
       }
     }
-    return make_item(widened(box, input_.margin), uint32_t(i), input_.reference_of(i));
+    return make_item(widened(box, input_.margin), position, input_.reference_of(position));
   }
 
   static Box widened(Box box, float margin) {
@@ -114,7 +116,7 @@ class Builder {
     uint32_t before = NONE;
     for (const Piece &piece : pieces) {
       /* Twice as wide, because cutting rounds too. */
-      Item item = make_item(widened(piece.box, 2.0f * input_.margin), piece.triangle, REF_TRIANGLES << 30);
+      Item item = make_item(widened(piece.box, 2.0f * input_.margin), input_.position_of(piece.triangle), REF_TRIANGLES << 30);
       if (piece.triangle != before)
         items[piece.triangle] = item;
       else
@@ -184,10 +186,10 @@ class Builder {
     for (uint32_t set = 1; set < 1u << part.size(); set++) {
       uint32_t kinds = 0, count = uint32_t(std::popcount(set));
       for (uint32_t rest = set; rest; rest &= rest - 1) kinds |= 1u << REF_KIND(reference(items[std::countr_zero(rest)]));
-      bool fits = count == 1 || (count <= max_leaf_ && std::has_single_bit(kinds) && kinds != 1u << REF_INSTANCE);
+      bool fits = count == 1 || (count <= max_leaf_ && kinds == 1u << REF_TRIANGLES);
       may_be_leaf |= uint32_t(fits) << set;
     }
-    sets.solve(items, part.size(), may_be_leaf, NODE_COST, ITEM_COST);
+    sets.solve(items, part.size(), may_be_leaf, NODE_COST, input_.item_cost);
     size_t used = part.first;
     return place_subset(items, sets, (1u << part.size()) - 1, part.depth, used, tree);
   }
@@ -201,7 +203,7 @@ class Builder {
         tree_.last[used++] = !(rest & (rest - 1));
       }
       uint32_t ref = reference(items[std::countr_zero(set)]);
-      return REF_KIND(ref) == REF_INSTANCE ? ref : REF_KIND(ref) << 30 | uint32_t(first);
+      return REF_KIND(ref) == REF_TRIANGLES ? ref | uint32_t(first) : ref;
     }
     uint32_t at = uint32_t(tree.nodes.size());
     tree.nodes.emplace_back();
@@ -215,10 +217,10 @@ class Builder {
 
   bool may_be_leaf(const Part &part) const {
     const Item *items = &items_[part.array][part.first];
-    uint32_t kind = REF_KIND(reference(items[0]));
-    if (part.size() > max_leaf_ || (kind == REF_INSTANCE && part.size() > 1)) return false;
-    for (size_t i = 1; i < part.size(); i++)
-      if (REF_KIND(reference(items[i])) != kind) return false;
+    if (part.size() == 1) return true;
+    if (part.size() > max_leaf_) return false;
+    for (size_t i = 0; i < part.size(); i++)
+      if (REF_KIND(reference(items[i])) != REF_TRIANGLES) return false;
     return true;
   }
 
@@ -236,7 +238,8 @@ class Builder {
       best = best_split(bins[0]);
     }
     float area = half_area(part.box);
-    if (leaf && (best.axis < 0 || NODE_COST * area + ITEM_COST * best.cost >= ITEM_COST * area * float(n))) return false;
+    float item = input_.item_cost;
+    if (leaf && (best.axis < 0 || NODE_COST * area + item * best.cost >= item * area * float(n))) return false;
     if (best.axis < 0)
       split_by_median(part, halves);
     else
@@ -319,12 +322,12 @@ class Builder {
       tree_.last[part.first + i] = i + 1 == part.size();
     }
     uint32_t ref = reference(items[0]);
-    return REF_KIND(ref) == REF_INSTANCE ? ref : REF_KIND(ref) << 30 | uint32_t(part.first);
+    return REF_KIND(ref) == REF_TRIANGLES ? ref | uint32_t(part.first) : ref;
   }
 
   /* Lays the subtrees and the nodes above them out depth first. */
   void join() {
-    std::vector<uint32_t> places(parts_.size()), numbers = number_in_kind();
+    std::vector<uint32_t> places(parts_.size()), numbers = number_triangles();
     uint32_t used = 0;
     tree_.nodes.resize(count_nodes());
     tree_.root = place(0, used, places, numbers);
@@ -358,29 +361,27 @@ class Builder {
     uint32_t placed = used++;
     set_child(tree_.nodes[placed], 0, place(node.left, used, places, numbers), top_[node.left].box);
     set_child(tree_.nodes[placed], 1, place(node.right, used, places, numbers), top_[node.right].box);
-    return base_.node + placed;
+    return placed; /* REF_NODE is 0 */
   }
 
   uint32_t final_reference(uint32_t ref, uint32_t place, const std::vector<uint32_t> &numbers) const {
-    switch (REF_KIND(ref)) {
-      case REF_NODE: return base_.node + place + ref;
-      case REF_INSTANCE: return ref;
-    }
-    uint32_t first = REF_INDEX(ref);
-    return REF_KIND(ref) << 30 | ((REF_KIND(ref) == REF_TRIANGLES ? base_.triangle : base_.sphere) +
-                                  (numbers.empty() ? first : numbers[first]));
+    if (REF_KIND(ref) == REF_NODE) return place + ref;
+    if (REF_KIND(ref) != REF_TRIANGLES || numbers.empty()) return ref;
+    return REF_TRIANGLES << 30 | numbers[REF_INDEX(ref)];
   }
 
-  /* How many items of its kind come before each in the order; nothing where there are only triangles. */
-  std::vector<uint32_t> number_in_kind() const {
+  /* How many triangles come before each item in the order; nothing where there are only triangles. */
+  std::vector<uint32_t> number_triangles() const {
     std::vector<uint32_t> numbers(input_.others ? n_ : 0);
-    uint32_t counts[4] = {};
-    for (size_t i = 0; i < numbers.size(); i++) numbers[i] = counts[REF_KIND(input_.reference_of(tree_.order[i]))]++;
+    uint32_t count = 0;
+    for (size_t i = 0; i < numbers.size(); i++) {
+      numbers[i] = count;
+      count += REF_KIND(input_.reference_of(tree_.order[i])) == REF_TRIANGLES;
+    }
     return numbers;
   }
 
   BuildInput input_;
-  TreeBase base_;
   size_t max_leaf_;
   int threads_;
   size_t n_, large_;
@@ -393,9 +394,10 @@ class Builder {
 
 }  // namespace
 
-Tree build_tree(const BuildInput &input, TreeBase base, int max_leaf, int threads) {
+Tree build_tree(BuildInput input, int max_leaf, int threads) {
+  input.set_starts();
   if (input.size() == 0) return {{}, {}, {}, NONE, 0, {}};
-  return Builder(input, base, max_leaf, threads).build();
+  return Builder(std::move(input), max_leaf, threads).build();
 }
 
 }  // namespace isophote

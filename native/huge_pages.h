@@ -28,6 +28,9 @@ struct HugePages {
 #endif
     return static_cast<T *>(p);
   }
+  /* Elements are left as the memory is, so that the threads that fill them are the first to touch it. */
+  template <typename U>
+  void construct(U *p) noexcept { ::new (static_cast<void *>(p)) U; }
   void deallocate(T *p, size_t n) { ::operator delete(p, alignment(n)); }
   template <typename U>
   bool operator==(const HugePages<U> &) const { return true; }

@@ -67,7 +67,6 @@ struct PathRays {
     b.hit_v[at] = h.v;
     b.hit_instance[at] = h.instance;
     b.hit_primitive[at] = h.primitive;
-    b.hit_index[at] = h.index;
   }
 };
 
@@ -80,12 +79,6 @@ static void extend_batch(Batch &b, Scene s, Rays kind) {
   b.closest += living;
   PathRays rays{b, b.columns()};
   trace_all(s, rays, living, 0, kind);
-}
-
-FN uint hit_material(Scene s, Hit h) {
-  if (h.index == NONE) return MISS;
-  if (h.index & INDEX_SPHERE) return s.spheres[h.index & ~INDEX_SPHERE].material;
-  return s.slot_materials[s.instances[h.instance].first_slot + (s.triangles[h.index].slot & 0xffffu)];
 }
 
 template <typename T>
@@ -108,8 +101,8 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
   for (uint i = 0; i < b.count; i++) {
     if (!b.alive[i]) continue;
     uint last = (b.columns().uints[PATH_UINT_status * CAPACITY + i] & PATH_LAST_HIT) != 0;
-    uint material = hit_material(s, load_hit(b, i));
-    b.key[i] = material == MISS ? 0 : 2 * material + 1 + last;
+    Hit h = load_hit(b, i);
+    b.key[i] = h.instance == NONE ? 0 : 2 * hit_material(s, h, s.world[0].features) + 1 + last;
     bins = std::max(bins, b.key[i] + 1);
   }
   b.bins.assign(bins + 1, 0);
@@ -130,7 +123,7 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
   for (uint f = 0; f < PATH_UINT_COUNT; f++)
     permute_column(b.path_uints[to] + f * CAPACITY, b.path_uints[from] + f * CAPACITY, b.order, n);
   for (real *column : {b.hit_t, b.hit_u, b.hit_v}) permute_in_place(column, b.px, b.order, n);
-  for (uint *column : {b.hit_instance, b.hit_primitive, b.hit_index}) permute_in_place(column, b.key, b.order, n);
+  for (uint *column : {b.hit_instance, b.hit_primitive}) permute_in_place(column, b.key, b.order, n);
   b.current = to;
   b.count = n;
 }
@@ -229,10 +222,9 @@ struct ListedRays {
     return free_ray(make_real3(r[0], r[1], r[2]), make_real3(r[3], r[4], r[5]), r[6], r[7]);
   }
   void store(uint i, const Hit &h) {
-    hits[4 * i] = to_float(h.t);
-    hits[4 * i + 1] = to_float(h.u);
-    hits[4 * i + 2] = to_float(h.v);
-    hits[4 * i + 3] = float_of_bits(h.index);
+    hits[3 * i] = to_float(h.t);
+    hits[3 * i + 1] = to_float(h.u);
+    hits[3 * i + 2] = to_float(h.v);
     ids[2 * i] = h.instance;
     ids[2 * i + 1] = h.primitive;
   }
@@ -244,7 +236,7 @@ void trace_rays(const void *const *scene, const WideTree *tree, const float *ray
   constexpr long PART = 4096;
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
   for (long first = 0; first < n; first += PART) {
-    ListedRays part{rays + 8 * first, hits + 4 * first, ids + 2 * first};
+    ListedRays part{rays + 8 * first, hits + 3 * first, ids + 2 * first};
     uint count = uint(std::min(PART, n - first));
     if (tree)
       trace_all(s, part, count, any, packets ? COHERENT : SCATTERED);

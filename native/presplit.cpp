@@ -51,7 +51,7 @@ float needless(const Polygon &p, Box box) {
 Polygon triangle(const BuildInput &input, size_t i) {
   Polygon p;
   p.count = 3;
-  std::copy(input.corners + 9 * i, input.corners + 9 * (i + 1), p.points[0].x);
+  for (int k = 0; k < 3; k++) std::copy_n(input.meshes.corner(input.position_of(i), k), 3, p.points[k].x);
   return p;
 }
 
@@ -100,7 +100,7 @@ void add_pieces(const Polygon &p, uint32_t number, int cuts, float allowed, Box 
 }  // namespace
 
 std::vector<Piece> cut_slanted(const BuildInput &input, Box scene, int threads) {
-  size_t n = input.triangles, chunks = (n + CHUNK - 1) / CHUNK;
+  size_t n = input.triangles(), chunks = (n + CHUNK - 1) / CHUNK;
   float share = half_area(scene) / float(n) * OUTLIER;
   std::vector<std::vector<uint32_t>> found(chunks);
   std::vector<double> sums(chunks, 0.0);

@@ -9,6 +9,7 @@
 namespace isophote {
 namespace {
 
+constexpr uint32_t SMALL = 1024; /* nodes or blocks for which no other thread is woken */
 constexpr int SHARED_LEVELS = 8; /* of the tree, above the subtrees that threads take */
 
 struct Box {
@@ -45,6 +46,31 @@ struct Below {
   Box box;
   double before, after;
 };
+
+Box widened(Box box, const Leaves &leaves) {
+  box.widen(leaves.margin);
+  return box;
+}
+
+Box triangle_box(uint32_t primitive, const Leaves &leaves) {
+  Box box;
+  for (int k = 0; k < 3; k++) {
+    const float *v = leaves.triangles.meshes.corner(primitive, k);
+    Box point{{v[0], v[1], v[2]}, {v[0], v[1], v[2]}};
+    if (k)
+      box.add(point);
+    else
+      box = point;
+  }
+  return widened(box, leaves);
+}
+
+/* Of what is no triangle. */
+Box other_box(uint32_t ref, const Leaves &leaves) {
+  size_t k = size_t(std::lower_bound(leaves.reference, leaves.reference + leaves.others, ref) - leaves.reference);
+  const float *lo = leaves.lo + 3 * k, *hi = leaves.hi + 3 * k;
+  return widened({{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}, leaves);
+}
 
 class Refitter {
  public:
@@ -88,35 +114,10 @@ class Refitter {
   Box leaf_box(uint32_t ref, uint32_t &count) const {
     uint32_t at = REF_INDEX(ref);
     count = 1;
-    if (REF_KIND(ref) == REF_INSTANCE) {
-      const uint32_t *end = leaves_.instances + leaves_.instance_count;
-      size_t k = size_t(std::lower_bound(leaves_.instances, end, ref) - leaves_.instances);
-      return widened({{leaves_.lo[3 * k], leaves_.lo[3 * k + 1], leaves_.lo[3 * k + 2]},
-                      {leaves_.hi[3 * k], leaves_.hi[3 * k + 1], leaves_.hi[3 * k + 2]}});
-    }
-    if (REF_KIND(ref) == REF_SPHERES) {
-      Box box = sphere_box(leaves_.spheres[at]);
-      for (; !(leaves_.spheres[at].flags & LAST_IN_LEAF); count++) box.add(sphere_box(leaves_.spheres[++at]));
-      return box;
-    }
-    Box box = triangle_box(leaves_.triangles[at]);
-    for (; !(leaves_.triangles[at].slot & LAST_IN_LEAF); count++) box.add(triangle_box(leaves_.triangles[++at]));
+    if (REF_KIND(ref) != REF_TRIANGLES) return other_box(ref, leaves_);
+    Box box = triangle_box(leaves_.triangles.order[at], leaves_);
+    for (; !leaves_.triangles.last[at]; count++) box.add(triangle_box(leaves_.triangles.order[++at], leaves_));
     return box;
-  }
-
-  Box widened(Box box) const {
-    box.widen(leaves_.margin);
-    return box;
-  }
-  Box triangle_box(const Triangle &t) const {
-    Box box{{t.v0.x, t.v0.y, t.v0.z}, {t.v0.x, t.v0.y, t.v0.z}};
-    box.add({{t.v1.x, t.v1.y, t.v1.z}, {t.v1.x, t.v1.y, t.v1.z}});
-    box.add({{t.v2.x, t.v2.y, t.v2.z}, {t.v2.x, t.v2.y, t.v2.z}});
-    return widened(box);
-  }
-  Box sphere_box(const Sphere &s) const {
-    float r = s.radius;
-    return widened({{s.center.x - r, s.center.y - r, s.center.z - r}, {s.center.x + r, s.center.y + r, s.center.z + r}});
   }
 
   Bvh2Node *nodes_;
@@ -124,7 +125,63 @@ class Refitter {
   std::unordered_map<uint32_t, Below> done_;
 };
 
+Box leaf_box(const WideTree &tree, uint32_t ref, const Leaves &leaves) {
+  if (REF_KIND(ref) != REF_TRIANGLES) return other_box(ref, leaves);
+  Box box{};
+  for (uint32_t at = REF_INDEX(ref), last = 0, first = 1; !last; at++) {
+    const TriangleBlock &b = tree.blocks[at];
+    for (uint32_t k = 0; k < (b.count & ~LAST_IN_LEAF); k++, first = 0) {
+      Box one = triangle_box(b.primitive[k], leaves);
+      if (first)
+        box = one;
+      else
+        box.add(one);
+    }
+    last = b.count & LAST_IN_LEAF;
+  }
+  return box;
+}
+
+void set_child_box(WideNode &n, size_t k, const Box &box) {
+  for (size_t axis = 0; axis < 3; axis++) {
+    n.bounds[2 * axis][k] = box.lo[axis];
+    n.bounds[2 * axis + 1][k] = box.hi[axis];
+  }
+}
+
+/* Of all children: empty places have boxes that do not count. */
+Box whole_box(const WideNode &n) {
+  Box box;
+  for (size_t axis = 0; axis < 3; axis++) {
+    box.lo[axis] = *std::min_element(n.bounds[2 * axis], n.bounds[2 * axis] + WIDTH);
+    box.hi[axis] = *std::max_element(n.bounds[2 * axis + 1], n.bounds[2 * axis + 1] + WIDTH);
+  }
+  return box;
+}
+
 }  // namespace
+
+double refit_part(WideTree &tree, size_t part, const Leaves &leaves, int threads) {
+  uint32_t first = tree.parts[part].node, end = tree.node_end(part), block_end = tree.block_end(part);
+#pragma omp parallel for num_threads(threads) schedule(static) if (block_end - tree.parts[part].block > SMALL)
+  for (uint32_t i = tree.parts[part].block; i < block_end; i++) {
+    TriangleBlock &b = tree.blocks[i];
+    for (uint32_t k = 0; k < (b.count & ~LAST_IN_LEAF); k++)
+      set_triangle(b, k, leaves.triangles.meshes.record(b.primitive[k]));
+  }
+#pragma omp parallel for num_threads(threads) schedule(static) if (end - first > SMALL)
+  for (uint32_t i = first; i < end; i++)
+    for (size_t k = 0; k < WIDTH; k++) {
+      uint32_t ref = tree.nodes[i].child[k];
+      if (ref != NONE && REF_KIND(ref) != REF_NODE) set_child_box(tree.nodes[i], k, leaf_box(tree, ref, leaves));
+    }
+  for (uint32_t i = end; i-- > first;) /* children follow their parents */
+    for (size_t k = 0; k < WIDTH; k++) {
+      uint32_t ref = tree.nodes[i].child[k];
+      if (ref != NONE && REF_KIND(ref) == REF_NODE) set_child_box(tree.nodes[i], k, whole_box(tree.nodes[ref]));
+    }
+  return part_cost(tree, part);
+}
 
 TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int threads) {
   if (root == NONE || REF_KIND(root) != REF_NODE) return {1.0, 1.0};

@@ -3,17 +3,16 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "../kernels/scene_records.h"
+#include "wide_tree.h"
 
 namespace isophote {
 
-/* What a tree's leaves refer to, in their order; references count from 0. */
+/* What a tree's leaves refer to; references to triangles count from 0. */
 struct Leaves {
-  const Triangle *triangles;
-  const Sphere *spheres;
-  const uint32_t *instances; /* references of the instances below the tree, ascending */
+  LeafTriangles triangles;
+  const uint32_t *reference; /* of the other things below the tree, ascending */
   const float *lo, *hi;      /* their boxes, 3 each */
-  size_t instance_count;
+  size_t others;
   float margin; /* by which boxes are wider, relative to the largest coordinate of each */
 };
 
@@ -25,5 +24,9 @@ struct TreeCost {
 /* Gives all nodes, from the root on, the boxes of what lies below them now. Trees stay correct whatever has moved;
  * how good they still are, the costs tell. Lauterbach et al. 2006, "RT-DEFORM". */
 TreeCost refit_tree(Bvh2Node *nodes, uint32_t root, const Leaves &leaves, int threads);
+
+/* The same for a part of a wide tree: its triangles too come from the meshes anew. Of `leaves`, order and last are not
+ * looked at. Returns the part's cost. */
+double refit_part(WideTree &tree, size_t part, const Leaves &leaves, int threads);
 
 }  // namespace isophote

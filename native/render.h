@@ -17,7 +17,8 @@ using RenderFunction = bool (*)(const void *const *scene, const WideTree *tree, 
 
 /* Closest hits (any = 0) or occlusion (any = 1) of n rays, for tests and benchmarks, in the wide tree or where there
  * is none in the BVH2; packets != 0: sixteen neighbours at a time where they go much the same way. rays: n x 8 floats,
- * origin, direction, t_min, t_max. hits: n x 4 floats t, u, v, bits of index; ids: n x 2. */
+ * origin, direction, t_min, t_max. hits: n x 3 floats t, u, v; ids: n x 2,
+ * instance and primitive. */
 using TraceFunction = void (*)(const void *const *scene, const WideTree *tree, const float *rays, long n, int any,
                                int threads, int packets, float *hits, unsigned *ids);
 

@@ -15,7 +15,7 @@ struct ShadowRays {
   }
   void store(uint i, const Hit &h) {
     uint at = b.key[i];
-    if (h.index == NONE) add_light(b, at, make_real3(b.cr[at], b.cg[at], b.cb[at]));
+    if (h.instance == NONE) add_light(b, at, make_real3(b.cr[at], b.cg[at], b.cb[at]));
   }
 };
 

@@ -7,20 +7,20 @@
 namespace isophote {
 namespace {
 
-/* Triangles that a thread takes at once; for fewer than that none is woken: to OpenMP a new caller is a new team. */
+/* Triangles or vertices that a thread takes at once; for fewer no other is woken: to OpenMP a new caller is a new team. */
 constexpr size_t CHUNK = 4096;
 
-/* Calls work(part, first, end) for runs of triangles of one part each, in parallel. */
+/* Calls work(mesh, begin, end) for runs of vertices of one mesh each, in parallel. `first`: vertex of each mesh. */
 template <typename Work>
-void for_runs(const Parts &parts, int threads, Work work) {
-  size_t n = parts.size();
+void for_vertices(const uint32_t *first, size_t meshes, int threads, Work work) {
+  size_t n = first[meshes];
 #pragma omp parallel for num_threads(threads) schedule(static) if (n > CHUNK)
   for (size_t chunk = 0; chunk < (n + CHUNK - 1) / CHUNK; chunk++) {
-    size_t first = chunk * CHUNK, end = std::min(n, first + CHUNK);
-    for (size_t p = parts.part_of(first); first < end; p++) {
-      size_t stop = std::min(end, parts.start[p + 1]);
-      work(p, first, stop);
-      first = stop;
+    size_t begin = chunk * CHUNK, end = std::min(n, begin + CHUNK);
+    for (size_t m = size_t(std::upper_bound(first, first + meshes + 1, begin) - first) - 1; begin < end; m++) {
+      size_t stop = std::min(end, size_t(first[m + 1]));
+      if (begin < stop) work(m, begin, stop);
+      begin = stop;
     }
   }
 }
@@ -31,99 +31,66 @@ void transform_point(const double *m, const float *from, float *to) {
 }
 
 /* Normals go with the inverse's transpose. */
-packed3 transform_normal(const double *inverse, const float *n) {
+void transform_normal(const double *inverse, const float *n, float *to) {
   double x = double(n[0]), y = double(n[1]), z = double(n[2]), out[3];
   for (int column = 0; column < 3; column++)
     out[column] = x * inverse[column] + y * inverse[3 + column] + z * inverse[6 + column];
   double length = __builtin_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
   if (!(length > 0.0)) length = 1.0;
-  return {float(out[0] / length), float(out[1] / length), float(out[2] / length)};
-}
-
-CornerNormals bake_normals(const Part &part, const float *n) {
-  CornerNormals out;
-  if (part.instance == NONE) {
-    std::memcpy(&out, n, sizeof out);
-    return out;
-  }
-  out.n0 = transform_normal(part.to_object, n);
-  out.n1 = transform_normal(part.to_object, n + (part.mirrored ? 6 : 3));
-  out.n2 = transform_normal(part.to_object, n + (part.mirrored ? 3 : 6));
-  return out;
+  for (int k = 0; k < 3; k++) to[k] = float(out[k] / length);
 }
 
 }  // namespace
 
-Parts::Parts(const Part *parts, size_t count) : part(parts), start(count + 1, 0) {
-  for (size_t p = 0; p < count; p++) start[p + 1] = start[p] + parts[p].count;
+const MeshUse &Meshes::use_of(uint32_t primitive) const {
+  return uses[size_t(std::upper_bound(first, first + count + 1, primitive) - first) - 1];
 }
 
-size_t Parts::smooth(const uint32_t *order, size_t count) const {
-  size_t sum = 0;
-  if (count == size()) {
-    for (size_t p = 0; p + 1 < start.size(); p++) sum += part[p].normals < 0 ? 0 : part[p].count;
-  } else {
-    for (size_t k = 0; k < count; k++) sum += part[part_of(order[k])].normals >= 0;
-  }
-  return sum;
+Triangle Meshes::record(uint32_t primitive) const {
+  const MeshUse &use = use_of(primitive);
+  const float *a = corner(primitive, 0), *b = corner(primitive, use.mirrored ? 2 : 1), *c = corner(primitive, use.mirrored ? 1 : 2);
+  Triangle t;
+  t.v0 = {a[0], a[1], a[2]};
+  t.v1 = {b[0], b[1], b[2]};
+  t.v2 = {c[0], c[1], c[2]};
+  t.primitive = primitive;
+  t.instance = use.instance;
+  t.flags = use.visibility << 16;
+  return t;
 }
 
-size_t Parts::part_of(size_t triangle) const {
-  return size_t(std::upper_bound(start.begin(), start.end(), triangle) - start.begin()) - 1;
+Triangle LeafTriangles::operator[](size_t place) const {
+  Triangle t = meshes.record(order[place]);
+  t.flags |= last[place] ? LAST_IN_LEAF : 0u;
+  return t;
 }
 
-void bake_corners(const SceneTriangles &scene, const Parts &parts, float *corners, int threads) {
-  for_runs(parts, threads, [&](size_t p, size_t first, size_t end) {
-    const Part &part = parts.part[p];
-    const uint32_t *triangle = scene.triangles + 3 * (part.first + first - parts.start[p]);
-    for (size_t t = first; t < end; t++, triangle += 3) {
-      float *out = corners + 9 * t;
-      for (int c = 0; c < 3; c++) {
-        const float *vertex = scene.vertices + 3 * size_t(triangle[part.mirrored && c ? 3 - c : c]);
-        if (part.instance == NONE)
-          std::memcpy(out + 3 * c, vertex, 3 * sizeof(float));
-        else
-          transform_point(part.to_world, vertex, out + 3 * c);
-      }
+void bake_vertices(const float *from, const uint32_t *first, const MeshUse *uses, size_t meshes, float *to, int threads) {
+  for_vertices(first, meshes, threads, [&](size_t m, size_t begin, size_t end) {
+    if (uses[m].instance == NONE) {
+      std::memcpy(to + 3 * begin, from + 3 * begin, 3 * sizeof(float) * (end - begin));
+    } else {
+      for (size_t v = begin; v < end; v++) transform_point(uses[m].to_world, from + 3 * v, to + 3 * v);
     }
   });
 }
 
-void place_triangles(const SceneTriangles &scene, const Parts &parts, const float *corners, const uint32_t *order,
-                     const uint8_t *last, size_t count, int threads, PlacedTriangles out) {
-  size_t chunks = (count + CHUNK - 1) / CHUNK;
-  std::vector<uint32_t> smooth(chunks + 1, 0); /* smooth triangles of each chunk, then before it */
-#pragma omp parallel for num_threads(threads) schedule(static) if (chunks > 1)
-  for (size_t chunk = 0; chunk < chunks; chunk++) {
-    for (size_t k = chunk * CHUNK; k < std::min(count, (chunk + 1) * CHUNK); k++) {
-      size_t p = parts.part_of(order[k]);
-      const Part &part = parts.part[p];
-      uint32_t primitive = uint32_t(part.first + order[k] - parts.start[p]);
-      Triangle &t = out.triangles[k];
-      const float *c = corners + 9 * size_t(order[k]);
-      t.v0 = {c[0], c[1], c[2]};
-      t.v1 = {c[3], c[4], c[5]};
-      t.v2 = {c[6], c[7], c[8]};
-      t.primitive = primitive;
-      t.instance = part.instance;
-      t.slot = scene.slots[primitive] | part.visibility << 16 | (last[k] ? LAST_IN_LEAF : 0u);
-      /* The place in the scene's normals for now, below that in the tree's. */
-      out.normal_index[k] = part.normals < 0 ? NONE : uint32_t(part.normals) + primitive - part.first;
-      smooth[chunk + 1] += part.normals >= 0;
+void bake_normals(const float *from, const int32_t *first_normal, const uint32_t *first, const MeshUse *uses, size_t meshes,
+                  float *to, int threads) {
+  for_vertices(first, meshes, threads, [&](size_t m, size_t begin, size_t end) {
+    if (first_normal[m] < 0) return;
+    size_t at = 3 * (size_t(first_normal[m]) + begin - first[m]), count = end - begin;
+    if (uses[m].instance == NONE) {
+      std::memcpy(to + at, from + at, 3 * sizeof(float) * count);
+    } else {
+      for (size_t k = at; k < at + 3 * count; k += 3) transform_normal(uses[m].to_object, from + k, to + k);
     }
-  }
-  for (size_t chunk = 0; chunk < chunks; chunk++) smooth[chunk + 1] += smooth[chunk];
-  if (!smooth[chunks]) return;
-#pragma omp parallel for num_threads(threads) schedule(static) if (chunks > 1)
-  for (size_t chunk = 0; chunk < chunks; chunk++) {
-    uint32_t at = smooth[chunk];
-    for (size_t k = chunk * CHUNK; k < std::min(count, (chunk + 1) * CHUNK); k++) {
-      uint32_t &index = out.normal_index[k];
-      if (index == NONE) continue;
-      out.normals[at] = bake_normals(parts.part[parts.part_of(order[k])], scene.normals + 9 * size_t(index));
-      index = at++;
-    }
-  }
+  });
+}
+
+void make_triangles(const LeafTriangles &leaves, Triangle *to, int threads) {
+#pragma omp parallel for num_threads(threads) schedule(static) if (leaves.count > CHUNK)
+  for (size_t k = 0; k < leaves.count; k++) to[k] = leaves[k];
 }
 
 void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t count, uint8_t *bad, int threads) {
@@ -162,15 +129,6 @@ void find_mesh_boxes(const float *vertices, const uint32_t *triangles, const uin
     std::copy_n(low, 3, boxes + 6 * m);
     std::copy_n(high, 3, boxes + 6 * m + 3);
   }
-}
-
-bool same_bytes(const void *a, const void *b, size_t size, int threads) {
-  constexpr size_t block = 1 << 20;
-  uint32_t differ = 0;
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(| : differ) if (size > block)
-  for (size_t at = 0; at < size; at += block)
-    differ |= std::memcmp(static_cast<const char *>(a) + at, static_cast<const char *>(b) + at, std::min(block, size - at)) != 0;
-  return !differ;
 }
 
 bool all_finite(const float *values, size_t count, int threads) {

@@ -1,4 +1,4 @@
-/* Triangles on their way from a scene's arrays to the records that kernels read, in the order of a tree's leaves. */
+/* A scene's meshes, and the records that tracing reads of their triangles. */
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -8,48 +8,49 @@
 
 namespace isophote {
 
-/* A scene's arrays (isophote/scene.py, FIELDS). */
-struct SceneTriangles {
-  const float *vertices;
-  const uint32_t *triangles, *slots;
-  const float *normals;
-};
-
-/* A run of a mesh's triangles, and how they come into the space of their tree. isophote/geometry.py, PART. */
-struct Part {
-  uint32_t first, count;
-  uint32_t instance; /* NONE: they stay in object space */
+/* How a mesh comes into the space of its tree. isophote/geometry.py, MESH_USE. */
+struct MeshUse {
+  uint32_t instance; /* its only user; NONE: it stays in object space */
   uint32_t visibility;
-  int32_t normals;   /* entry of the first one's in the scene's normals, -1: flat */
   uint32_t mirrored; /* two corners change places, so that a triangle's front stays its front */
+  uint32_t unused;
   double to_world[12];
   double to_object[9];
 };
 
-/* Parts that lie one after the other: where each begins, and how many triangles they have. */
-struct Parts {
-  const Part *part;
-  std::vector<size_t> start; /* one more than parts */
-  Parts(const Part *parts, size_t count);
-  size_t size() const { return start.back(); }
-  /* How many of the `count` triangles that `order` names have normals; each is named at least once. */
-  size_t smooth(const uint32_t *order, size_t count) const;
-  size_t part_of(size_t triangle) const;
+/* Meshes as they are traced and shaded: vertices in the space of their tree. */
+struct Meshes {
+  const float *vertices;     /* 3 each */
+  const uint32_t *triangles; /* 3 vertices each */
+  const uint32_t *first;     /* triangle of each mesh, and one more */
+  const MeshUse *uses;
+  size_t count;
+
+  size_t triangle_count() const { return first[count]; }
+  const MeshUse &use_of(uint32_t primitive) const;
+  Triangle record(uint32_t primitive) const; /* not LAST_IN_LEAF */
+  const float *corner(uint32_t primitive, int k) const { return vertices + 3 * size_t(triangles[3 * size_t(primitive) + size_t(k)]); }
 };
 
-/* Corners of all triangles of the parts, 9 floats each: transformed in double, rounded once. */
-void bake_corners(const SceneTriangles &scene, const Parts &parts, float *corners, int threads);
+/* The triangles of a tree's leaves: what is made of them is made where it is asked for. */
+struct LeafTriangles {
+  Meshes meshes;
+  const uint32_t *order; /* primitives; some are in several leaves */
+  const uint8_t *last;   /* whether it ends its leaf */
+  size_t count;
 
-struct PlacedTriangles {
-  Triangle *triangles;
-  uint32_t *normal_index; /* into normals, NONE where flat */
-  CornerNormals *normals;
+  Triangle operator[](size_t place) const;
 };
 
-/* Records of `count` triangles in a tree's order; `order` numbers the triangles of the parts, `last` marks ends of
- * leaves. */
-void place_triangles(const SceneTriangles &scene, const Parts &parts, const float *corners, const uint32_t *order,
-                     const uint8_t *last, size_t count, int threads, PlacedTriangles out);
+/* Vertices as meshes' uses ask for: transformed in double, rounded once. `first`: vertex of each mesh, and one more. */
+void bake_vertices(const float *from, const uint32_t *first, const MeshUse *uses, size_t meshes, float *to, int threads);
+
+/* Normals likewise. `first_normal`: of each mesh, -1 for those that have none. */
+void bake_normals(const float *from, const int32_t *first_normal, const uint32_t *first, const MeshUse *uses, size_t meshes,
+                  float *to, int threads);
+
+/* The records of a tree's leaves, in their order. */
+void make_triangles(const LeafTriangles &leaves, Triangle *to, int threads);
 
 /* bad[i]: the cross product of two edges of triangle i, of float32, is zero or not finite. */
 void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t count, uint8_t *bad, int threads);
@@ -57,9 +58,6 @@ void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t
 /* Low and high corner, 6 floats, of each mesh's triangles; zeros for a mesh without any. */
 void find_mesh_boxes(const float *vertices, const uint32_t *triangles, const uint32_t *mesh_triangles, size_t meshes,
                      float *boxes, int threads);
-
-/* Whether two blocks of memory hold the same bytes. */
-bool same_bytes(const void *a, const void *b, size_t size, int threads);
 
 bool all_finite(const float *values, size_t count, int threads);
 

@@ -25,7 +25,7 @@ struct alignas(64) Packet {
   int near_row[3]; /* as in Lane */
   float first, limit; /* least t_min, largest t: widened */
   int axis;           /* the largest of the direction, the same in all */
-  uint instance[PACKET], primitive[PACKET], index[PACKET];
+  uint instance[PACKET], primitive[PACKET];
   uint after_instance[PACKET], after_primitive[PACKET], skip_instance[PACKET], skip_primitive[PACKET], kind[PACKET];
 };
 
@@ -75,7 +75,7 @@ static int start_packet(Packet &p) {
     p.scale.at[k] = shear.scale;
     p.box_t_min.at[k] = p.t_min.at[k] * (1.0f - 16.0f * ROUNDING);
     p.u.at[k] = p.v.at[k] = 0.0f;
-    p.instance[k] = p.primitive[k] = p.index[k] = NONE;
+    p.instance[k] = p.primitive[k] = NONE;
   }
   return apart;
 }
@@ -157,7 +157,6 @@ FN Hit hit_of(const Packet &p, uint k) {
   h.v = p.v.at[k];
   h.instance = p.instance[k];
   h.primitive = p.primitive[k];
-  h.index = p.index[k];
   return h;
 }
 
@@ -167,7 +166,6 @@ FN void set_hit(Packet &p, uint k, Hit h) {
   p.v.at[k] = h.v;
   p.instance[k] = h.instance;
   p.primitive[k] = h.primitive;
-  p.index[k] = h.index;
 }
 
 /* Whether a triangle of the block may have become some ray's closest. */
@@ -178,7 +176,7 @@ static bool hit_block(Packet &p, const TriangleBlock &b) {
   for (uint k = 0; k < count; k++) {
     if (!may_hit<TEST>(p, b, k)) continue;
     real3 v0 = corner_of(b, 0, k), v1 = corner_of(b, 1, k), v2 = corner_of(b, 2, k);
-    uint instance = b.instance[k], primitive = b.primitive[k], index = b.first + k, kinds = b.visibility[k];
+    uint instance = b.instance[k], primitive = b.primitive[k], kinds = b.visibility[k];
 #pragma omp simd
     for (uint i = 0; i < PACKET; i++) {
       Shear shear;
@@ -195,7 +193,7 @@ static bool hit_block(Packet &p, const TriangleBlock &b) {
       ray.after_primitive = p.after_primitive[i];
       ray.skip_instance = p.skip_instance[i];
       ray.skip_primitive = p.skip_primitive[i];
-      set_hit(p, i, keep_closer(hit_of(p, i), h, instance, primitive, index, ray));
+      set_hit(p, i, keep_closer(hit_of(p, i), h, instance, primitive, ray));
     }
     closer = true;
   }

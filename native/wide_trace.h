@@ -185,9 +185,9 @@ FN void hit_candidates(Lane &l, int any) {
     if (!(b.visibility[k] & l.ray.kind)) continue;
     TriangleHit h = triangle_hit(corner_of(b, 0, k), corner_of(b, 1, k), corner_of(b, 2, k), l.local.origin,
                                  l.local.direction, l.local.shear);
-    l.best = keep_closer(l.best, h, l.instance != NONE ? l.instance : b.instance[k], b.primitive[k], b.first + k, l.ray);
+    l.best = keep_closer(l.best, h, l.instance != NONE ? l.instance : b.instance[k], b.primitive[k], l.ray);
   }
-  if (l.best.t < before || (any && l.best.index != NONE)) shorten(l, any);
+  if (l.best.t < before || (any && l.best.instance != NONE)) shorten(l, any);
 }
 
 /* What is neither node nor triangle. False where the ray is done. */
@@ -197,10 +197,10 @@ static bool step_other(Lane &l, const WideTree &tree, Scene s, int any) {
   l.top--;
   if (ref == REF_RETURN) {
     enter_space(l, l.ray.origin, l.ray.direction, NONE);
-  } else if (REF_KIND(ref) == REF_SPHERES) {
+  } else if (REF_KIND(ref) == REF_SPHERE) {
     float before = l.best.t;
-    l.best = hit_spheres(s, REF_INDEX(ref), l.local, l.ray, l.best);
-    if (l.best.t < before || (any && l.best.index != NONE)) shorten(l, any);
+    l.best = hit_sphere(s, REF_INDEX(ref), l.local, l.ray, l.best);
+    if (l.best.t < before || (any && l.best.instance != NONE)) shorten(l, any);
   } else {
     const Instance &i = s.instances[REF_INDEX(ref)];
     if (i.visibility & l.ray.kind) {

@@ -62,25 +62,28 @@ struct Opened {
 
 class Collapser {
  public:
-  Collapser(const Bvh2Node *nodes, size_t node_count, const Triangle *triangles, int threads)
-      : nodes_(nodes), node_count_(uint32_t(node_count)), triangles_(triangles), threads_(threads),
-        choices_(std::make_unique_for_overwrite<Choice[]>(node_count)) {}
+  Collapser(const WideSource &source, int threads)
+      : nodes_(source.nodes), node_count_(uint32_t(source.node_count)), leaves_(source.leaves), root_(source.root),
+        threads_(threads), choices_(std::make_unique_for_overwrite<Choice[]>(source.node_count)) {}
 
-  /* Returns the references to the wide roots. */
-  std::vector<uint32_t> collapse(const std::vector<uint32_t> &roots, WideTree &tree) {
-    choose_all(roots);
-    for (uint32_t root : roots) find_parts(root);
-#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+  /* Decides what becomes of the tree. Returns its size. */
+  Size choose() {
+    if (root_ == NONE) return {};
+    if (REF_KIND(root_) == REF_NODE) choose_all();
+    find_parts(root_);
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1) if (parts_.size() > 1)
     for (size_t i = 0; i < parts_.size(); i++) parts_[i].size = measure(parts_[i].ref);
     Size total{above_, 0};
     for (const Part &part : parts_) total = {total.nodes + part.size.nodes, total.blocks + part.size.blocks};
-    tree.nodes.resize(total.nodes);
-    tree.blocks.resize(total.blocks);
-    std::vector<uint32_t> placed;
-    Size used{};
+    return total;
+  }
+
+  /* Fills its places of the wide tree, from `at` on. Returns the reference to its root. */
+  uint32_t collapse(Size at, WideTree &tree) {
+    if (root_ == NONE) return NONE;
     size_t part = 0;
-    for (uint32_t root : roots) placed.push_back(place_above(root, used, part, tree));
-#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+    uint32_t placed = place_above(root_, at, part, tree);
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1) if (parts_.size() > 1)
     for (size_t i = 0; i < parts_.size(); i++) place(parts_[i].ref, parts_[i].at, tree);
     return placed;
   }
@@ -88,13 +91,9 @@ class Collapser {
  private:
   /* ------------------------------------------------------------ choosing */
 
-  void choose_all(const std::vector<uint32_t> &roots) {
-    std::vector<uint32_t> starts;
-    for (uint32_t root : roots)
-      if (REF_KIND(root) == REF_NODE) starts.push_back(root);
-    std::sort(starts.begin(), starts.end());
-    for (size_t i = 0; i < starts.size(); i++) cut({starts[i], i + 1 < starts.size() ? starts[i + 1] : node_count_});
-#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+  void choose_all() {
+    cut({root_, node_count_});
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1) if (ranges_.size() > 1)
     for (size_t i = 0; i < ranges_.size(); i++)
       for (uint32_t at = ranges_[i].end; at-- > ranges_[i].first;) choose(at);
     for (size_t i = top_.size(); i-- > 0;) choose(top_[i]);
@@ -159,7 +158,7 @@ class Collapser {
 
   uint32_t count_run(uint32_t ref) const {
     uint32_t last = REF_INDEX(ref);
-    while (!(triangles_[last].slot & LAST_IN_LEAF)) last++;
+    while (!leaves_.last[last]) last++;
     return last - REF_INDEX(ref) + 1;
   }
 
@@ -260,27 +259,17 @@ class Collapser {
   void place_blocks(uint32_t first, uint32_t count, Size &used, WideTree &tree) const {
     for (uint32_t done = 0; done < count; done += BLOCK) {
       TriangleBlock &b = tree.blocks[used.blocks++];
-      b.first = first + done;
+      b = {};
       b.count = std::min(count - done, uint32_t(BLOCK));
-      for (uint32_t k = 0; k < b.count; k++) {
-        const Triangle &t = triangles_[b.first + k];
-        const packed3 *corners[3] = {&t.v0, &t.v1, &t.v2};
-        for (int c = 0; c < 3; c++) {
-          b.corner[c][0][k] = corners[c]->x;
-          b.corner[c][1][k] = corners[c]->y;
-          b.corner[c][2][k] = corners[c]->z;
-        }
-        b.primitive[k] = t.primitive;
-        b.instance[k] = t.instance;
-        b.visibility[k] = t.instance == NONE ? RAY_ALL : uint16_t(t.slot >> 16 & RAY_ALL);
-      }
+      for (uint32_t k = 0; k < b.count; k++) set_triangle(b, k, leaves_.meshes.record(leaves_.order[first + done + k]));
       if (done + BLOCK >= count) b.count |= LAST_IN_LEAF;
     }
   }
 
   const Bvh2Node *nodes_;
   uint32_t node_count_;
-  const Triangle *triangles_;
+  const LeafTriangles &leaves_;
+  uint32_t root_;
   int threads_;
   std::unique_ptr<Choice[]> choices_;
   std::vector<Range> ranges_;
@@ -289,24 +278,88 @@ class Collapser {
   uint32_t above_ = 0; /* wide nodes above the parts */
 };
 
+Size size_of(const WideTree &tree, size_t part) {
+  return {tree.node_end(part) - tree.parts[part].node, tree.block_end(part) - tree.parts[part].block};
+}
+
+/* Copies a part of another tree to where `to` says, with its references. */
+void copy_part(const WideTree &from, size_t part, WidePart &to, WideTree &tree, int threads) {
+  WidePart old = from.parts[part];
+  uint32_t moved[4] = {to.node - old.node, to.block - old.block, 0, 0}; /* by kind of reference */
+  Size size = size_of(from, part);
+#pragma omp parallel for num_threads(threads) schedule(static) if (size.nodes > SMALL)
+  for (uint32_t i = 0; i < size.nodes; i++) {
+    WideNode &node = tree.nodes[to.node + i] = from.nodes[old.node + i];
+    for (uint32_t &child : node.child) child += child == NONE ? 0 : moved[REF_KIND(child)];
+  }
+#pragma omp parallel for num_threads(threads) schedule(static) if (size.blocks > SMALL)
+  for (uint32_t i = 0; i < size.blocks; i++) tree.blocks[to.block + i] = from.blocks[old.block + i];
+  to.root = old.root == NONE ? NONE : old.root + moved[REF_KIND(old.root)];
+  to.triangles = old.triangles;
+  to.built_cost = old.built_cost;
+}
+
 }  // namespace
 
-WideTree make_wide_tree(const Bvh2Node *nodes, size_t node_count, const Triangle *triangles, const Instance *instances,
-                        size_t instance_count, uint32_t root, int threads) {
-  std::vector<uint32_t> roots;
-  for (size_t i = 0; i < instance_count; i++)
-    if (instances[i].root != NONE) roots.push_back(instances[i].root);
-  if (root != NONE) roots.push_back(root);
-  std::sort(roots.begin(), roots.end());
-  roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+void set_triangle(TriangleBlock &b, uint32_t k, const Triangle &t) {
+  const packed3 *corners[3] = {&t.v0, &t.v1, &t.v2};
+  for (int c = 0; c < 3; c++) {
+    b.corner[c][0][k] = corners[c]->x;
+    b.corner[c][1][k] = corners[c]->y;
+    b.corner[c][2][k] = corners[c]->z;
+  }
+  b.primitive[k] = t.primitive;
+  b.instance[k] = t.instance;
+  b.visibility[k] = t.instance == NONE ? RAY_ALL : uint16_t(t.flags >> 16 & RAY_ALL);
+}
+
+double part_cost(const WideTree &tree, size_t part) {
+  double sum = 0.0, whole = 0.0;
+  for (uint32_t i = tree.parts[part].node; i < tree.node_end(part); i++) {
+    const WideNode &n = tree.nodes[i];
+    ChildBox all;
+    for (size_t axis = 0; axis < 3; axis++) {
+      all.lo[axis] = *std::min_element(n.bounds[2 * axis], n.bounds[2 * axis] + WIDTH);
+      all.hi[axis] = *std::max_element(n.bounds[2 * axis + 1], n.bounds[2 * axis + 1] + WIDTH);
+    }
+    if (i == tree.parts[part].node) whole = double(all.half_area());
+    sum += double(all.half_area() * NODE_COST);
+    for (size_t k = 0; k < WIDTH; k++) {
+      uint32_t ref = n.child[k], blocks = 1;
+      if (ref == NONE || REF_KIND(ref) == REF_NODE) continue;
+      if (REF_KIND(ref) == REF_TRIANGLES)
+        while (!(tree.blocks[REF_INDEX(ref) + blocks - 1].count & LAST_IN_LEAF)) blocks++;
+      ChildBox box{{n.bounds[0][k], n.bounds[2][k], n.bounds[4][k]}, {n.bounds[1][k], n.bounds[3][k], n.bounds[5][k]}};
+      sum += double(box.half_area() * BLOCK_COST * float(blocks));
+    }
+  }
+  return whole > 0.0 ? sum / whole : 1.0;
+}
+
+WideTree make_wide_tree(const std::vector<WideSource> &sources, const uint32_t *tree_of, size_t instance_count, int threads) {
   WideTree tree;
-  std::vector<uint32_t> placed = Collapser(nodes, node_count, triangles, threads).collapse(roots, tree);
-  auto wide = [&](uint32_t from) {
-    if (from == NONE) return NONE;
-    return placed[size_t(std::lower_bound(roots.begin(), roots.end(), from) - roots.begin())];
-  };
-  tree.root = wide(root);
-  for (size_t i = 0; i < instance_count; i++) tree.roots.push_back(wide(instances[i].root));
+  std::vector<std::unique_ptr<Collapser>> collapsers;
+  Size used{};
+  for (const WideSource &source : sources) {
+    tree.parts.push_back({NONE, used.nodes, used.blocks, uint32_t(source.leaves.count), 0.0});
+    collapsers.push_back(source.kept ? nullptr : std::make_unique<Collapser>(source, threads));
+    Size size = source.kept ? size_of(*source.kept, source.part) : collapsers.back()->choose();
+    used = {used.nodes + size.nodes, used.blocks + size.blocks};
+  }
+  tree.nodes.resize(used.nodes);
+  tree.blocks.resize(used.blocks);
+  for (size_t k = 0; k < sources.size(); k++) {
+    WidePart &part = tree.parts[k];
+    if (sources[k].kept) {
+      copy_part(*sources[k].kept, sources[k].part, part, tree, threads);
+    } else {
+      part.root = collapsers[k]->collapse({part.node, part.block}, tree);
+      part.built_cost = part_cost(tree, k);
+    }
+    collapsers[k].reset();
+  }
+  tree.root = tree.parts.back().root;
+  for (size_t i = 0; i < instance_count; i++) tree.roots.push_back(tree_of[i] == NONE ? NONE : tree.parts[tree_of[i]].root);
   return tree;
 }
 

@@ -133,9 +133,8 @@ class Builder:
     def mesh(self, shape, slots=0, normals=None) -> int:
         """`normals`: per vertex (V, 3) for a smooth mesh, or None."""
         vertices, triangles = shape
-        corners = None if normals is None else np.asarray(normals)[triangles]
         self.meshes.append((np.asarray(vertices, np.float32), np.asarray(triangles),
-                            np.broadcast_to(slots, len(triangles)), corners))
+                            np.broadcast_to(slots, len(triangles)), None if normals is None else np.asarray(normals)))
         return len(self.meshes) - 1
 
     def instance(self, mesh: int, *materials: int, matrix=None, visibility=ALL):
@@ -163,7 +162,9 @@ class Builder:
             starts = np.cumsum([0, *(len(vertices) for vertices, *_ in self.meshes)])
             arrays["vertices"] = np.concatenate([vertices for vertices, *_ in self.meshes])
             arrays["triangles"] = np.concatenate([m[1] + start for m, start in zip(self.meshes, starts, strict=False)])
-            arrays["triangle_slots"] = np.concatenate([m[2] for m in self.meshes])
+            slots = np.concatenate([m[2] for m in self.meshes])
+            arrays["triangle_slots"] = slots if slots.any() else []
+            arrays["mesh_vertices"] = starts
             arrays["mesh_triangles"] = np.cumsum([0, *(len(m[1]) for m in self.meshes)])
             smooth = [0 if m[3] is None else len(m[3]) for m in self.meshes]
             arrays["mesh_normals"] = np.where(smooth, np.cumsum([0, *smooth[:-1]]), -1)

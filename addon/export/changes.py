@@ -54,7 +54,7 @@ class Meshes:
         if arrays is None:
             return None
         self.names.append(arrays.name)
-        self.needed.append(int(arrays.slots.max()) + 1)
+        self.needed.append(1 if arrays.slots is None else int(arrays.slots.max()) + 1)
         self._read.append(arrays)
         return len(self.names) - 1
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluated meshes as arrays: positions, triangles, slots and, where the mesh is smooth, corner normals.
+"""Evaluated meshes as arrays: positions, triangles, slots and, where the mesh is smooth, normals of vertices.
 
 Only foreach_get into numpy, and only the calls that a mesh needs: no slots are read where there is one
 material, no normals where every face is flat.
@@ -7,6 +7,7 @@ material, no normals where every face is flat.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +17,13 @@ from .. import compat
 
 @dataclass
 class MeshArrays:
-    """One mesh, object space. `normals` is None for flat meshes."""
+    """One mesh, object space. `normals` is None for flat meshes, `slots` where all are 0."""
 
     name: str
     vertices: np.ndarray  # f4 [V, 3]
     triangles: np.ndarray  # u4 [T, 3]
-    slots: np.ndarray  # u4 [T]
-    normals: np.ndarray | None  # f4 [T, 3, 3]
+    slots: np.ndarray | None  # u2 [T]
+    normals: np.ndarray | None  # f4 [V, 3]
 
 
 def export_mesh(ob) -> MeshArrays | None:
@@ -61,34 +62,43 @@ def read_mesh(mesh, name: str) -> MeshArrays | None:
     count = len(mesh.loop_triangles)
     if count == 0:
         return None
-    corners = compat.triangle_corners(mesh, count).reshape(-1, 3)
-    triangles = np.take(compat.corner_vertices(mesh), corners)
-    return MeshArrays(
-        name=name,
-        vertices=compat.vertex_positions(mesh).reshape(-1, 3),
-        triangles=triangles,
-        slots=compat.triangle_slots(mesh, count),
-        normals=compat.triangle_normals(mesh, corners, triangles),
-    )
+    corners, corner_vertices = compat.triangle_corners(mesh, count).reshape(-1, 3), compat.corner_vertices(mesh)
+    vertices = compat.vertex_positions(mesh).reshape(-1, 3)
+    normals = compat.corner_normals(mesh, corner_vertices, corners)
+    if normals is not None:
+        vertices, corner_vertices, normals = split_vertices(vertices, corner_vertices, normals)
+    return MeshArrays(name, vertices, np.take(corner_vertices, corners), compat.triangle_slots(mesh, count), normals)
+
+
+def split_vertices(vertices: np.ndarray, corner_vertices: np.ndarray, corner_normals: np.ndarray):
+    """(vertices, vertex of each corner, normal of each vertex): a vertex is there once for each of its normals."""
+    from isophote import _native  # the add-on loads without it, to say what is wrong
+
+    corner_vertices, added, normals = _native.split_vertices(
+        corner_vertices, corner_normals, len(vertices), os.cpu_count() or 1)
+    return (np.concatenate([vertices, vertices[added]]) if len(added) else vertices), corner_vertices, normals
 
 
 def join_meshes(meshes: list[MeshArrays]) -> dict[str, np.ndarray]:
     """Concatenate meshes into the scene's arrays (isophote/scene.py, FIELDS)."""
     if not meshes:
-        return {"mesh_triangles": np.zeros(1, np.uint32)}
+        return {"mesh_vertices": np.zeros(1, np.uint32), "mesh_triangles": np.zeros(1, np.uint32)}
     first_vertex = np.cumsum([0] + [len(m.vertices) for m in meshes])
     smooth = [m.normals is not None for m in meshes]
-    first_normal = np.cumsum([0] + [len(m.triangles) if s else 0 for m, s in zip(meshes, smooth, strict=False)])
+    first_normal = np.cumsum([0] + [len(m.normals) if s else 0 for m, s in zip(meshes, smooth, strict=False)])
     arrays = {
         "vertices": joined([m.vertices for m in meshes]),
         "triangles": joined([m.triangles + np.uint32(v) if v else m.triangles
                              for m, v in zip(meshes, first_vertex, strict=False)]),
-        "triangle_slots": joined([m.slots for m in meshes]),
+        "mesh_vertices": first_vertex.astype(np.uint32),
         "mesh_triangles": np.cumsum([0] + [len(m.triangles) for m in meshes]).astype(np.uint32),
         "mesh_normals": np.where(smooth, first_normal[:-1], -1).astype(np.int32),
     }
     if any(smooth):
         arrays["normals"] = joined([m.normals for m in meshes if m.normals is not None])
+    if any(m.slots is not None for m in meshes):
+        arrays["triangle_slots"] = joined([np.zeros(len(m.triangles), np.uint16) if m.slots is None else m.slots
+                                           for m in meshes])
     return arrays
 
 

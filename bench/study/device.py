@@ -64,8 +64,7 @@ class StudyDevice(OpenCLDevice):
         if self.variant.traversal == "list_local" and transparent:
             raise ValueError("list_local: shadow rays that pass transparent surfaces cannot go together")
         prepared = adapt(prepared, self.variant)
-        self.scene = [self.buffer(array=array.view(np.uint8).reshape(-1)) for array in prepared.buffers.values()]
-        self.memory = {"scene": sum(array.nbytes for array in prepared.buffers.values())}
+        self.copy(prepared)
         self.wavefront = None
         options = build_options(self.device, self.settings, prepared)
         options += [f"-D{name}={value}" for name, value in

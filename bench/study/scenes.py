@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from isophote import geometry
+from isophote import trees
 from isophote.materials import PARAMS, make_instruction
 from isophote.prepare import Prepared, prepare
 from isophote.scene import Scene, load_scene, make_scene, resized
@@ -20,17 +21,18 @@ ROOM = "room"  # room:N is a room with about N triangles
 @contextmanager
 def leaf_limit(triangles: int):
     """Trees that are built within have at most so many items in a leaf."""
-    usual, geometry.MAX_LEAF = geometry.MAX_LEAF, triangles
+    usual, trees.MAX_LEAF = trees.MAX_LEAF, triangles
     try:
         yield
     finally:
-        geometry.MAX_LEAF = usual
+        trees.MAX_LEAF = usual
 
 
 def ready_with_leaves(scene: Scene, triangles: int) -> Prepared:
-    """A prepared scene whose leaves hold at most so many triangles."""
+    """A prepared scene, with all buffers, whose leaves hold at most so many triangles."""
     with leaf_limit(triangles):
-        return prepare(clean(scene)[0])
+        prepared = prepare(clean(scene)[0])
+        return replace(prepared, buffers=prepared.traced())
 
 
 @lru_cache(maxsize=4)
@@ -46,7 +48,7 @@ def prepared_scene(folder: Path, name: str, size: int, single_leaves: bool) -> P
     scene = scene_named(folder, name)
     width, height = (int(n) for n in scene.resolution)
     scene = resized(scene, (size, max(1, round(size * height / width))))
-    return ready_with_leaves(scene, 1 if single_leaves else geometry.MAX_LEAF)
+    return ready_with_leaves(scene, 1 if single_leaves else trees.MAX_LEAF)
 
 
 # ------------------------------------------------------------------ rooms
@@ -87,8 +89,9 @@ def make_room(triangles: int, size: int = 64) -> Scene:
     return make_scene(
         resolution=(size, size), camera_kind=0, camera_to_world=np.eye(3, 4), camera_window=(-0.5, 0.5, -0.5, 0.5),
         camera_clip=(1e-3, 1e4), vertices=corners.reshape(-1, 3), triangles=np.arange(3 * len(corners)).reshape(-1, 3),
-        triangle_slots=slots, mesh_triangles=(0, len(corners)), mesh_normals=(-1,), instance_mesh=(0,),
-        instance_to_world=np.eye(3, 4)[None], instance_slots=(0,), instance_visibility=(31,),
+        triangle_slots=slots, mesh_vertices=(0, 3 * len(corners)), mesh_triangles=(0, len(corners)),
+        mesh_normals=(-1,), instance_mesh=(0,), instance_to_world=np.eye(3, 4)[None], instance_slots=(0,),
+        instance_visibility=(31,),
         slot_materials=np.arange(len(colours)), material_first=np.arange(len(colours) + 1),
         instruction_op=[s[0] for s in steps], instruction_weight=[s[1] for s in steps],
         instruction_params=[s[2] for s in steps])

@@ -25,7 +25,7 @@ class Shipping(Wavefront):
     samples_per_path = 1
 
     def __init__(self, device, paths: int, aovs: bool):
-        super().__init__(device.cl, device.queue, device.program, device.scene, paths, aovs)
+        super().__init__(device.cl, device.queue, device.program, [*device.scene.values()], paths, aovs)
         self.device = device
         if device.variant.group:
             self.group = dict.fromkeys(self.group, device.variant.group)
@@ -54,7 +54,7 @@ class Schedule:
 
     def launch(self, name: str, count: int, params, *arguments) -> None:
         """Launch a kernel that takes the scene."""
-        self.device.launch(name, count, *self.device.scene, params, *arguments)
+        self.device.launch(name, count, *self.device.scene.values(), params, *arguments)
 
     def accumulate(self, params, film, first: int, pixels: int) -> None:
         self.device.launch("accumulate", pixels, params, U(self.paths), *self.result, film, U(first), U(pixels))

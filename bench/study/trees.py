@@ -1,23 +1,26 @@
 """A prepared scene's trees in other forms: leaves of another size, parent links, wide nodes, no tree at all.
 
-Each function takes a Prepared and returns another whose buffers `nodes`, `world` and `instances` (and the marks of
-`triangles`) hold the new form; everything else is shared. References keep their meaning (kernels/scene_records.h),
-so one form's leaves are the other's. Trees are walked level by level, so that numpy does the work.
+Each function takes a Prepared that has all its buffers (Prepared.traced) and returns another whose buffers `nodes`,
+`world` and `instances` (and the marks of `triangles`) hold the new form; everything else is shared. References keep
+their meaning (kernels/scene_records.h), so one form's leaves are the other's. Trees are walked level by level, so that
+numpy does the work.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
 
 from bench.study.variant import Variant
-from isophote.geometry import Geometry
+from isophote import _native
+from isophote.geometry import Geometry, Joined, plain
 from isophote.prepare import Prepared
 from isophote.records import fields_of, numbers, records
+from isophote.trees import THREADS
 
 HUGE = np.float32(3e38)  # a box that every ray enters
 MARGIN = 2.0**-12  # of a step
@@ -27,6 +30,7 @@ AXES = ("x", "y", "z")
 
 def adapt(prepared: Prepared, variant: Variant) -> Prepared:
     """The scene in the form that a variant's traversal reads. Raises ValueError where its stack is too small."""
+    prepared = replace(prepared, buffers=prepared.traced())
     if variant.leaf:
         prepared = with_leaves(prepared, variant.leaf)
     if variant.traversal in ("list", "list_local"):
@@ -74,8 +78,31 @@ def with_roots(prepared: Prepared, new: dict[int, int], **buffers) -> Prepared:
         made[name] = made[name].copy()
         made[name]["root"] = [new.get(int(root), int(root)) for root in made[name]["root"]]
     made |= buffers
-    # The CPU's tree is made of the geometry's buffers.
-    return replace(prepared, buffers=made, geometry=Geometry(made, int(made["world"]["root"][0]), trees=[]))
+    triangles, last = made["triangles"], np.uint32(numbers()["LAST_IN_LEAF"])
+    joined = Joined(made["nodes"], np.ascontiguousarray(triangles["primitive"]),
+                    (triangles["flags"] & last != 0).astype(np.uint8), made["instances"], int(made["world"]["root"][0]))
+    old = prepared.geometry
+    geometry = OtherTrees(made, old.meshes, old.instance_mesh, [], {}, given=joined)
+    return replace(prepared, buffers=made, geometry=geometry)
+
+
+@dataclass
+class OtherTrees(Geometry):
+    """A geometry with these trees: the CPU's is made of them."""
+
+    given: Joined = None
+
+    def joined(self) -> Joined:
+        return self.given
+
+    @cached_property
+    def wide_tree(self):
+        n, given = numbers(), self.given
+        own = given.instances["root"]
+        shared = np.unique(own[own != n["NONE"]])
+        tree_of = np.where(own == n["NONE"], n["NONE"], np.searchsorted(shared, own)).astype(np.uint32)
+        sources = [(plain(given.nodes), given.order, given.last, int(root)) for root in [*shared, given.root]]
+        return _native.make_wide_tree(self.meshes, sources, tree_of, THREADS)
 
 
 def levels(nodes: np.ndarray, root: int):
@@ -101,7 +128,7 @@ def tree_depth(prepared: Prepared, root: int) -> int:
 
 def run_lengths(triangles: np.ndarray) -> np.ndarray:
     """For each triangle, how many follow to the end of its leaf, itself included."""
-    last = np.flatnonzero(triangles["slot"] & np.uint32(numbers()["LAST_IN_LEAF"]))
+    last = np.flatnonzero(triangles["flags"] & np.uint32(numbers()["LAST_IN_LEAF"]))
     at = np.arange(len(triangles))
     return last[np.searchsorted(last, at)] - at + 1 if len(last) else at
 
@@ -138,7 +165,7 @@ def with_leaves(prepared: Prepared, size: int) -> Prepared:
     border = np.zeros(len(triangles) + 1, np.int64)
     np.add.at(border, start, 1)
     np.add.at(border, start + length - 1, -1)
-    triangles["slot"][np.cumsum(border)[:-1] > 0] &= np.uint32(~n["LAST_IN_LEAF"] & 0xFFFFFFFF)
+    triangles["flags"][np.cumsum(border)[:-1] > 0] &= np.uint32(~n["LAST_IN_LEAF"] & 0xFFFFFFFF)
     return with_roots(prepared, new_roots, nodes=nodes, triangles=triangles)
 
 
@@ -152,22 +179,21 @@ def leaves_below(prepared: Prepared, root: int) -> np.ndarray:
 
 
 def as_list(prepared: Prepared) -> Prepared:
-    """No tree: chains of runs (kernels/study/list.h). Also serves the CPU's wide tree, as a tree without boxes."""
+    """No tree: chains of a run of triangles and other things (kernels/study/list.h). Also serves the CPU's wide
+    tree, as a tree without boxes."""
     n = numbers()
-    triangles, spheres = prepared.buffers["triangles"].copy(), prepared.buffers["spheres"].copy()
+    triangles = prepared.buffers["triangles"].copy()
     new_roots, chain = {}, []
     for root in roots(prepared):
         leaves = leaves_below(prepared, root)
         links = []
-        for kind, records_of, mark in ((n["REF_TRIANGLES"], triangles, "slot"), (n["REF_SPHERES"], spheres, "flags")):
-            runs = index_of(leaves[kind_of(leaves) == kind]).astype(np.int64)
-            if not len(runs):
-                continue
-            is_last = (records_of[mark] & np.uint32(n["LAST_IN_LEAF"])) != 0
+        runs = index_of(leaves[kind_of(leaves) == n["REF_TRIANGLES"]]).astype(np.int64)
+        if len(runs):
+            is_last = (triangles["flags"] & np.uint32(n["LAST_IN_LEAF"])) != 0
             end = runs[-1] + int(np.argmax(is_last[runs[-1]:]))
-            records_of[mark][runs[0]:end] &= np.uint32(~n["LAST_IN_LEAF"] & 0xFFFFFFFF)
-            links.append(int(runs[0]) | kind << 30)
-        links += [int(ref) for ref in leaves[kind_of(leaves) == n["REF_INSTANCE"]]]
+            triangles["flags"][runs[0]:end] &= np.uint32(~n["LAST_IN_LEAF"] & 0xFFFFFFFF)
+            links.append(int(runs[0]) | n["REF_TRIANGLES"] << 30)
+        links += [int(ref) for ref in leaves[kind_of(leaves) != n["REF_TRIANGLES"]]]
         if links:
             new_roots[root] = links[-1] if len(links) == 1 else len(chain)
         chain += [(ref, len(chain) + k + 1 if k + 2 < len(links) else links[-1]) for k, ref in enumerate(links[:-1])]
@@ -176,7 +202,7 @@ def as_list(prepared: Prepared) -> Prepared:
         nodes[f"half_{axis}"] = HUGE
     if chain:
         nodes["child"] = chain
-    return with_roots(prepared, new_roots, nodes=nodes, triangles=triangles, spheres=spheres)
+    return with_roots(prepared, new_roots, nodes=nodes, triangles=triangles)
 
 
 # ------------------------------------------------------------------ parents

@@ -101,8 +101,8 @@ __kernel void bfs_finish(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOB
     for (uint e = heads[i]; e != NONE; e = leaf_next[e]) {
       uint ref = leaf_refs[e], instance = leaf_instances[e];
       LocalRay space = make_local_ray(ray.origin, ray.direction);
-      if (REF_KIND(ref) == REF_SPHERES) {
-        best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
+      if (REF_KIND(ref) == REF_SPHERE) {
+        best = hit_sphere(s, REF_INDEX(ref), space, ray, best);
         continue;
       }
       if (instance != NONE)

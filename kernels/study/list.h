@@ -1,6 +1,6 @@
 /* Brute force: every primitive of the scene, one after the other, as in the founding report's version without a BVH.
  *
- * The host makes the tree a chain (bench/study/trees.py): child 0 of a node is a run of triangles or of spheres or
+ * The host makes the tree a chain (bench/study/trees.py): child 0 of a node is a run of triangles, a sphere or
  * an instance of one run, child 1 is the rest. trace_list lets each work-item read on its own; with
  * trace_list_together the work-group reads a chunk of triangles into local memory and all its rays test that. */
 #ifndef ISOPHOTE_STUDY_LIST_H
@@ -20,14 +20,14 @@ FN Hit trace_list(Scene s, Ray ray, int any) {
     uint i = REF_INDEX(ref);
     if (REF_KIND(ref) == REF_TRIANGLES) {
       best = hit_triangles(s, i, NONE, world, ray, best);
-    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERES) {
-      best = hit_spheres(s, i, world, ray, best);
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERE) {
+      best = hit_sphere(s, i, world, ray, best);
     } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[i].visibility & ray.kind)) {
       LocalRay space = make_local_ray(transform_point(s.instances[i].to_object, ray.origin),
                                       transform_vector(s.instances[i].to_object, ray.direction));
       best = hit_triangles(s, REF_INDEX(s.instances[i].root), i, space, ray, best);
     }
-    if (any && best.index != NONE) return best;
+    if (any && best.instance != NONE) return best;
   }
   return best;
 }
@@ -41,14 +41,14 @@ FN Hit hit_run_together(Scene s, uint first, uint instance, LocalRay space, Ray 
     if (first + lane < TRIANGLE_COUNT) chunk[lane] = s.triangles[first + lane];
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint k = 0u; k < GROUP_SIZE && !last; k++) {
-      uint slot = chunk[k].slot;
-      last = slot & LAST_IN_LEAF;
-      int sees = !(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((slot >> 16) & ray.kind);
+      uint flags = chunk[k].flags;
+      last = flags & LAST_IN_LEAF;
+      int sees = !(SCENE_FEATURES & FEATURE_VISIBILITY) || instance != NONE || ((flags >> 16) & ray.kind);
       if (wanted && sees) {
         TriangleHit h = triangle_hit(load3(chunk[k].v0), load3(chunk[k].v1), load3(chunk[k].v2), space.origin,
                                      space.direction, space.shear);
         uint owner = instance != NONE ? instance : chunk[k].instance;
-        if (h.hit) best = keep_closer(best, h, owner, chunk[k].primitive, first + k, ray);
+        if (h.hit) best = keep_closer(best, h, owner, chunk[k].primitive, ray);
       }
     }
   }
@@ -69,15 +69,15 @@ FN Hit trace_list_together(Scene s, Ray ray, int any, int wanted, __local Triang
     uint i = REF_INDEX(ref);
     if (REF_KIND(ref) == REF_TRIANGLES) {
       best = hit_run_together(s, i, NONE, world, ray, best, wanted, chunk);
-    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERES) {
-      if (wanted) best = hit_spheres(s, i, world, ray, best);
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERE) {
+      if (wanted) best = hit_sphere(s, i, world, ray, best);
     } else if (SCENE_FEATURES & FEATURE_INSTANCES) {
       LocalRay space = make_local_ray(transform_point(s.instances[i].to_object, ray.origin),
                                       transform_vector(s.instances[i].to_object, ray.direction));
       int sees = wanted && (s.instances[i].visibility & ray.kind);
       best = hit_run_together(s, REF_INDEX(s.instances[i].root), i, space, ray, best, sees, chunk);
     }
-    if (any && best.index != NONE) wanted = 0;
+    if (any && best.instance != NONE) wanted = 0;
   }
   return best;
 }

@@ -94,7 +94,7 @@ __kernel void connect_together(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETE
     uint i = k < count ? light_queue[k] : NONE;
     Connection c = load_connection(light_reals, light_uints, stride, i == NONE ? 0u : i);
     Hit h = trace_list_together(s, c.ray, 1, i != NONE, chunk);
-    real3 kept = select3(h.index == NONE, splat3(REAL(1.0)), zero3());
+    real3 kept = select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
     if (i != NONE) add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], c.light * kept);
   }
 }

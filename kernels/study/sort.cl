@@ -6,12 +6,10 @@
 
 /* Material of what was hit; paths that left the scene come first. */
 FN uint material_key(Scene s, GLOBAL const uint *hit_uints, uint stride, uint i) {
-  uint instance = hit_uints[i], index = hit_uints[2u * stride + i];
-  if (index == NONE) return 0u;
-  uint material = index & INDEX_SPHERE
-                      ? s.spheres[index & ~INDEX_SPHERE].material
-                      : s.slot_materials[s.instances[instance].first_slot + (s.triangles[index].slot & 0xffffu)];
-  return 1u + material % (SORT_BINS - 1u);
+  Hit h;
+  h.instance = hit_uints[i];
+  h.primitive = hit_uints[stride + i];
+  return h.instance == NONE ? 0u : 1u + hit_material(s, h, SCENE_FEATURES) % (SORT_BINS - 1u);
 }
 
 FN uint spread_bits(uint x) { return (x & 1u) | ((x & 2u) << 2) | ((x & 4u) << 4); }

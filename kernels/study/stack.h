@@ -31,10 +31,10 @@ FN Hit trace_stack(Scene s, Ray ray, int any) {
       if ((first ? t1 : t0) >= REAL(0.0)) stack[top++] = first ? child1 : child0;
     } else if (kind == REF_TRIANGLES) {
       best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
-      if (any && best.index != NONE) return best;
-    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
-      best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
-      if (any && best.index != NONE) return best;
+      if (any && best.instance != NONE) return best;
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERE) {
+      best = hit_sphere(s, REF_INDEX(ref), space, ray, best);
+      if (any && best.instance != NONE) return best;
     } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[REF_INDEX(ref)].visibility & ray.kind)) {
       instance = REF_INDEX(ref);
       space = make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),

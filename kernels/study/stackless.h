@@ -54,9 +54,9 @@ FN Hit trace_stackless(Scene s, Ray ray, int any) {
                                      child ? z.y : z.x, child ? z.w : z.z, space, slack_t_min, limit);
     if (t >= REAL(0.0)) {
       if (kind == REF_TRIANGLES) best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
-      if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES)
-        best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
-      if (any && best.index != NONE) return best;
+      if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERE)
+        best = hit_sphere(s, REF_INDEX(ref), space, ray, best);
+      if (any && best.instance != NONE) return best;
       int enters = (SCENE_FEATURES & FEATURE_INSTANCES) && kind == REF_INSTANCE &&
                    (s.instances[REF_INDEX(ref)].visibility & ray.kind);
       if (enters) {

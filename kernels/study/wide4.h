@@ -89,10 +89,10 @@ FN Hit trace_wide4(Scene s, Ray ray, int any) {
     uint kind = REF_KIND(ref);
     if (kind == REF_TRIANGLES) {
       best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
-      if (any && best.index != NONE) return best;
-    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERES) {
-      best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
-      if (any && best.index != NONE) return best;
+      if (any && best.instance != NONE) return best;
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERE) {
+      best = hit_sphere(s, REF_INDEX(ref), space, ray, best);
+      if (any && best.instance != NONE) return best;
     } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && ref == REF_RETURN) {
       instance = NONE;
       space = world;

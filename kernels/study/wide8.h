@@ -43,10 +43,10 @@ FN Hit trace_wide8(Scene s, Ray ray, int any) {
     int enters = 0;
     if (REF_KIND(ref) == REF_TRIANGLES) {
       best = hit_triangles(s, REF_INDEX(ref), instance, space, ray, best);
-      if (any && best.index != NONE) return best;
-    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERES) {
-      best = hit_spheres(s, REF_INDEX(ref), space, ray, best);
-      if (any && best.index != NONE) return best;
+      if (any && best.instance != NONE) return best;
+    } else if ((SCENE_FEATURES & FEATURE_SPHERES) && REF_KIND(ref) == REF_SPHERE) {
+      best = hit_sphere(s, REF_INDEX(ref), space, ray, best);
+      if (any && best.instance != NONE) return best;
     } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && REF_KIND(ref) == REF_INSTANCE) {
       enters = (s.instances[REF_INDEX(ref)].visibility & ray.kind) != 0u;
     }

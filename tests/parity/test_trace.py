@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from isophote import _native, geometry
+from isophote import _native, geometry, trees
 from isophote.records import numbers
 from tests.scenes import Builder, ball, box, diffuse, place, quad, ready
 
@@ -93,22 +93,19 @@ def rays_for(scene):
 def traced(kind):
     """(rays, the buffers' bytes, the wide tree, t u v bits and ids of the closest hits in the BVH2)."""
     scene = scene_of(kind)
-    buffers = ready(scene).buffers
-    data, wide = bytes_and_tree(buffers)
+    data, wide = bytes_and_tree(ready(scene))
     rays = rays_for(scene)
     return rays, data, wide, hits(data, None, rays)
 
 
-def bytes_and_tree(buffers):
-    data = {name: buffer.view(np.uint8).reshape(-1) for name, buffer in buffers.items()}
-    root = int(buffers["world"]["root"][0])
-    return list(data.values()), _native.make_wide_tree(data["nodes"], data["triangles"], data["instances"], root, 2)
+def bytes_and_tree(prepared):
+    return [geometry.plain(buffer) for buffer in prepared.traced().values()], prepared.geometry.wide_tree
 
 
 def hits(data, tree, rays, any_hit=False, threads=2, variant=STRICT[0], packets=False):
-    """uint32 (n, 5): bits of t, u, v, instance and primitive. The index depends on the tree's order of triangles."""
+    """uint32 (n, 5): bits of t, u, v, instance and primitive."""
     tuv, ids = _native.trace(variant, data, tree, rays, any_hit, threads, packets)
-    return np.concatenate([tuv[:, :3].view(np.uint32), ids], axis=1)
+    return np.concatenate([tuv.view(np.uint32), ids], axis=1)
 
 
 @pytest.fixture(params=["soup", "closed", "slanted", "coincident", "instances"])
@@ -161,7 +158,7 @@ def test_hard_directions_and_scales(exponent):
     vertices, triangles = soup(rng, 300, 0.4)
     b.instance(b.mesh((vertices * k, triangles)), material)
     b.instance(b.mesh(box(half=1.9 * k)), material)
-    data, wide = bytes_and_tree(ready(b.make()).buffers)
+    data, wide = bytes_and_tree(ready(b.make()))
     direction = np.eye(3)[rng.integers(3, size=RAYS)] * rng.choice([-1, 1], (RAYS, 1))
     direction += rng.choice([0.0, -0.0, 1e-38, -1e-38, 1e-30, 1e-20, -1e-8, 0.3], (RAYS, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
@@ -186,8 +183,8 @@ def test_occlusion_is_whether_there_is_a_hit(kind, tree):
 def test_no_tree_and_a_deep_one(kind, max_leaf, monkeypatch):
     """Leaves of one item; and one leaf for each kind that holds all: brute force."""
     rays, _, _, closest = traced(kind)
-    monkeypatch.setattr(geometry, "MAX_LEAF", max_leaf)
-    data, wide = bytes_and_tree(ready(scene_of(kind)).buffers)
+    monkeypatch.setattr(trees, "MAX_LEAF", max_leaf)
+    data, wide = bytes_and_tree(ready(scene_of(kind)))
     some = np.random.default_rng(8).permutation(len(rays))[:8000 if max_leaf > 1 else None]
     np.testing.assert_array_equal(hits(data, None, rays[some]), closest[some])
     np.testing.assert_array_equal(hits(data, wide, rays[some]), closest[some])
@@ -199,13 +196,13 @@ def test_brute_force_over_all_triangles(kind):
     if kind == "instances":
         pytest.skip("object space is the kernels' matter: covered by the trees of one leaf")
     rays = traced(kind)[0][::8]
-    buffers = ready(scene).buffers
+    buffers = ready(scene).traced()
     best = np.full(len(rays), np.inf, np.float32), np.full((len(rays), 2), numbers()["NONE"], np.uint64)
     for first in range(len(buffers["triangles"])):
         one = dict(buffers, triangles=buffers["triangles"][first:first + 1].copy(), world=buffers["world"].copy())
-        one["triangles"]["slot"] |= np.uint32(numbers()["LAST_IN_LEAF"])
+        one["triangles"]["flags"] |= np.uint32(numbers()["LAST_IN_LEAF"])
         one["world"]["root"] = numbers()["REF_TRIANGLES"] << 30
-        tuv, ids = _native.trace(STRICT[0], bytes_and_tree(one)[0], None, rays, False, 2)
+        tuv, ids = _native.trace(STRICT[0], [geometry.plain(buffer) for buffer in one.values()], None, rays, False, 2)
         key = ids[:, 0].astype(np.uint64) << 32 | ids[:, 1]
         known = best[1][:, 0] << 32 | best[1][:, 1]
         closer = (ids[:, 0] != numbers()["NONE"]) & ((tuv[:, 0] < best[0]) | ((tuv[:, 0] == best[0]) & (key < known)))
@@ -240,7 +237,7 @@ def test_no_ray_slips_through_a_closed_body():
     vertices, triangles = ball(radius=1.5, rings=14)
     b = Builder()
     b.add((vertices, triangles), diffuse(0.5))
-    data, wide = bytes_and_tree(ready(b.make()).buffers)
+    data, wide = bytes_and_tree(ready(b.make()))
     rng = np.random.default_rng(9)
     origins = rng.normal(size=(60000, 3)) * 0.3
     corners = b.meshes[0][0][triangles[rng.integers(len(triangles), size=60000)]].astype(float)

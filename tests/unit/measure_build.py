@@ -24,7 +24,7 @@ def sheet():
     triangles = np.concatenate([np.stack([first, first + 1, first + SIDE], 1),
                                 np.stack([first + 1, first + SIDE + 1, first + SIDE], 1)])
     return tiny_scene(vertices=np.stack([x, y, np.sin(9 * x) * np.cos(7 * y) - 3], -1).reshape(-1, 3),
-                      triangles=triangles, triangle_slots=np.zeros(len(triangles)), mesh_triangles=[0, len(triangles)])
+                      triangles=triangles, mesh_triangles=[0, len(triangles)])
 
 
 scene = sheet()

@@ -9,9 +9,18 @@ from isophote.device import DeviceError
 from isophote.scene import make_scene
 
 
+class NoGeometry:
+    def settle(self, keep_bvh2):
+        pass
+
+    def drop_wide_tree(self):
+        pass
+
+
 @dataclass
 class Prepared:
     buffers: dict = field(default_factory=dict)
+    geometry: NoGeometry = field(default_factory=NoGeometry)
     features: int = 0
     build_seconds: float = 0.25
     notes: list = field(default_factory=list)
@@ -89,9 +98,10 @@ def tiny_scene(width=12, height=10, **changes):
     """One triangle, one material, one point light, before a camera; `changes` replaces arrays."""
     arrays = dict(
         resolution=[width, height], camera_to_world=np.eye(3, 4), camera_window=[-1, 1, -1, 1], camera_clip=[0.1, 100],
-        vertices=[[-1, -1, -3], [1, -1, -3], [0, 1, -3]], triangles=[[0, 1, 2]], triangle_slots=[0],
-        mesh_triangles=[0, 1], mesh_normals=[-1], instance_mesh=[0], instance_to_world=[np.eye(3, 4)],
-        instance_slots=[0], instance_visibility=[31], slot_materials=[0], material_first=[0, 1], instruction_op=[1],
+        vertices=[[-1, -1, -3], [1, -1, -3], [0, 1, -3]], triangles=[[0, 1, 2]],
+        mesh_vertices=[0, len(changes.get("vertices", range(3)))], mesh_triangles=[0, 1], mesh_normals=[-1],
+        instance_mesh=[0], instance_to_world=[np.eye(3, 4)], instance_slots=[0],
+        instance_visibility=[31], slot_materials=[0], material_first=[0, 1], instruction_op=[1],
         instruction_weight=[[0.8, 0.8, 0.8]], instruction_params=np.zeros((1, 11)), light_kind=[0],
         light_to_world=[np.eye(3, 4)], light_strength=[[10, 10, 10]], light_size=[[0, 0]], light_spot=[[0, 0]],
         light_flags=[0], light_visibility=[31],

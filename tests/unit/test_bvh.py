@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from isophote import _native
+from isophote.geometry import MESH_USE
 from isophote.records import numbers, records
+from isophote.trees import ITEM_COST
 from tests.scenes import ball
 from tests.scenes import box as scene_box
 
@@ -16,20 +18,29 @@ MAX_LEAF = 4
 NONE = np.zeros((0, 3), np.float32)
 
 
-def build_triangles(corners, threads=1, margin=2.0**-20):
+def meshes_of(corners):
+    """One mesh of triangles (n, 3, 3)."""
     corners = np.ascontiguousarray(corners, np.float32)
+    triangles = np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
+    return _native.Meshes(corners.reshape(-1, 3), triangles, np.array([0, len(corners)], np.uint32),
+                          np.zeros(1, MESH_USE).view(np.uint8))
+
+
+def build_triangles(corners, threads=1, margin=2.0**-20):
+    return build_all(corners, NONE, NONE, np.zeros(0, np.uint32), margin, MAX_LEAF, threads)
+
+
+def build_all(corners, lo, hi, reference, margin, max_leaf, threads):
     nodes, order, last, root, depth = _native.make_tree(
-        corners, NONE, NONE, np.zeros(0, np.uint32), margin, 0, 0, 0, MAX_LEAF, threads)
+        meshes_of(corners), np.zeros(1, np.uint32), lo, hi, reference, margin, ITEM_COST, max_leaf, threads)
     return nodes.view(records()["Bvh2Node"]), order, last, root, depth
 
 
-def build(lo, hi, reference=None, max_leaf=MAX_LEAF, threads=1, base=(0, 0, 0)):
+def build(lo, hi, reference=None, max_leaf=MAX_LEAF, threads=1):
     lo, hi = (np.ascontiguousarray(a, np.float32).reshape(-1, 3) for a in (lo, hi))
     if reference is None:
         reference = np.full(len(lo), N["REF_TRIANGLES"] << 30, np.uint32)
-    nodes, order, last, root, depth = _native.make_tree(
-        NONE.reshape(-1, 3, 3), lo, hi, reference, 0.0, *base, max_leaf, threads)
-    return nodes.view(records()["Bvh2Node"]), order, last, root, depth
+    return build_all(np.zeros((0, 3, 3)), lo, hi, reference, 0.0, max_leaf, threads)
 
 
 def boxes(rng, count, size=0.1):
@@ -44,7 +55,7 @@ def box_of(node, child):
     return center - half, center + half
 
 
-def check(lo, hi, made, reference=None, base=(0, 0, 0)):
+def check(lo, hi, made, reference=None):
     """Walks the tree: every item once, in all the boxes on the way to it, leaves that end, depth as told."""
     nodes, order, last, root, depth = made
     lo, hi = (np.asarray(a, np.float32).reshape(-1, 3) for a in (lo, hi))
@@ -53,7 +64,7 @@ def check(lo, hi, made, reference=None, base=(0, 0, 0)):
         assert root == N["NONE"] and not len(nodes)
         return
     kinds = np.full(len(lo), N["REF_TRIANGLES"]) if reference is None else reference >> 30
-    position = {kind: np.flatnonzero(kinds[order] == kind) for kind in range(4)}
+    position = np.flatnonzero(kinds[order] == N["REF_TRIANGLES"])
     seen, deepest, leaf_sizes = [], 0, []
     stack = [(int(root), np.full(3, -np.inf), np.full(3, np.inf), 1)]
     visited = set()
@@ -64,17 +75,17 @@ def check(lo, hi, made, reference=None, base=(0, 0, 0)):
         if kind == N["REF_NODE"]:
             assert ref not in visited
             visited.add(ref)
-            node = nodes[index - base[0]]
+            node = nodes[index]
             for child in (0, 1):
                 child_low, child_high = box_of(node, child)
                 stack.append((int(node["child"][child]), np.maximum(low, child_low), np.minimum(high, child_high),
                               level + 1))
             continue
-        if kind == N["REF_INSTANCE"]:
+        if kind != N["REF_TRIANGLES"]:
             items = np.flatnonzero(reference == ref)
             assert len(items) == 1
-        else:  # a run of one kind that ends at the item marked last
-            run = position[kind][index - base[1 if kind == N["REF_TRIANGLES"] else 2]:]
+        else:  # a run of triangles that ends at the one marked last
+            run = position[index:]
             items = order[run[:np.argmax(last[run]) + 1]]
             assert last[run].any()
         leaf_sizes.append(len(items))
@@ -99,13 +110,12 @@ def test_leaves_hold_few_items():
 
 
 def test_kinds_do_not_mix_in_leaves():
-    """Triangles, spheres and instances under one root, numbered from where the tree's parts begin."""
+    """Triangles, spheres and instances under one root."""
     rng = np.random.default_rng(6)
     lo, hi = boxes(rng, 600)
     kind = rng.integers(1, 4, 600).astype(np.uint32)
-    reference = kind << 30 | np.where(kind == N["REF_INSTANCE"], np.arange(600), 0).astype(np.uint32)
-    base = (1000, 77, 33)
-    check(lo, hi, build(lo, hi, reference, base=base), reference, base)
+    reference = kind << 30 | np.where(kind == N["REF_TRIANGLES"], 0, np.arange(600)).astype(np.uint32)
+    check(lo, hi, build(lo, hi, reference), reference)
 
 
 @pytest.mark.parametrize("count", [100, 20000, 200000])

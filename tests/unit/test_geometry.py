@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from noise_device import tiny_scene
 
-from isophote import geometry
+from isophote import geometry, trees
 from isophote.geometry import make_geometry
 from isophote.prepare import prepare
 from isophote.records import numbers
@@ -40,10 +40,15 @@ def expected_corners(scene, instance, primitive):
     return np.einsum("ij,ncj->nci", matrix[:, :3], corners) + matrix[:, 3]
 
 
-def test_triangles_are_baked_in_double_and_rounded_once():
+def leaf_records(made):
+    return made.leaf_records(made.joined())
+
+
+def test_vertices_are_baked_in_double_and_rounded_once():
+    """What tracing and what shading read of each triangle, against numpy."""
     scene = some_scene(0.3)
-    buffers = make_geometry(scene).buffers
-    triangles, normals = buffers["triangles"], buffers["corner_normals"].view(np.float32).reshape(-1, 3, 3)
+    made = make_geometry(scene)
+    triangles, buffers = leaf_records(made), made.buffers
     in_world = triangles["instance"] != N["NONE"]
     assert in_world.sum() == 2 + 2 * 12 * 11 * 2 and len(triangles) == len(scene.triangles)
     for row in np.flatnonzero(in_world)[::7]:
@@ -51,20 +56,82 @@ def test_triangles_are_baked_in_double_and_rounded_once():
         instance, primitive = int(record["instance"]), int(record["primitive"])
         mirrored = np.linalg.det(scene.instance_to_world[instance][:, :3]) < 0
         order = [0, 2, 1] if mirrored else [0, 1, 2]
+        flags = buffers["instances"]["visibility"][instance]
+        assert bool(flags & N["INSTANCE_MIRRORED"]) == mirrored
         wanted = expected_corners(scene, instance, [primitive])[0, order]
         seen = np.stack([record[name] for name in ("v0", "v1", "v2")])
         assert np.abs(seen - wanted).max() <= np.abs(wanted).max() * 2.0**-24
-        assert record["slot"] >> 16 & 31 == scene.instance_visibility[instance]
-        index, smooth = buffers["normal_index"][row], scene.mesh_normals[scene.instance_mesh[instance]]
-        assert (index == N["NONE"]) == (smooth < 0)
-        if smooth >= 0:
-            own = scene.normals[smooth + primitive - scene.mesh_triangles[scene.instance_mesh[instance]]].astype(float)
-            turned = (own @ np.linalg.inv(scene.instance_to_world[instance][:, :3]))[order]
+        used = buffers["indices"][primitive][order]
+        assert np.array_equal(buffers["vertices"][used], seen)
+        assert record["flags"] >> 16 & 31 == scene.instance_visibility[instance]
+        mesh = scene.instance_mesh[instance]
+        assert bool(flags & N["INSTANCE_SMOOTH"]) == (scene.mesh_normals[mesh] >= 0)
+        if scene.mesh_normals[mesh] >= 0:
+            at = (used + buffers["instances"]["first_normal"][instance]) % 2**32
+            own = scene.normals[used - scene.mesh_vertices[mesh] + scene.mesh_normals[mesh]].astype(float)
+            turned = own @ np.linalg.inv(scene.instance_to_world[instance][:, :3])
             unit = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-            np.testing.assert_allclose(normals[index], unit, atol=1e-7)
+            np.testing.assert_allclose(buffers["normals"][at], unit, atol=1e-7)
     for row in np.flatnonzero(~in_world):  # as they are
-        corners = scene.vertices[scene.triangles[triangles["primitive"][row]]]
+        primitive = triangles["primitive"][row]
+        corners = scene.vertices[scene.triangles[primitive]]
         assert np.array_equal(np.stack([triangles[name][row] for name in ("v0", "v1", "v2")]), corners)
+        assert np.array_equal(buffers["vertices"][buffers["indices"][primitive]], corners)
+
+
+def test_meshes_that_stay_where_they_are_take_no_memory():
+    b = Builder()
+    b.instance(b.mesh(ball(rings=6)), b.material(diffuse(0.5)))
+    scene = b.make()
+    made = make_geometry(scene)
+    assert made.buffers["vertices"] is scene.vertices and made.buffers["indices"] is scene.triangles
+
+
+def test_flat_and_smooth_meshes_in_any_order():
+    """first_normal wraps around where a flat mesh has vertices before a smooth one."""
+    b = Builder()
+    grey = b.material(diffuse(0.5))
+    for smooth in (False, True, False, True):
+        vertices, triangles = ball(rings=4)
+        b.instance(b.mesh((vertices, triangles), normals=vertices if smooth else None), grey)
+    made = make_geometry(b.make())
+    count = len(ball(rings=4)[0])
+    instances = made.buffers["instances"]
+    assert (instances["visibility"] & N["INSTANCE_SMOOTH"] != 0).tolist() == [False, True, False, True]
+    assert instances["first_normal"][[1, 3]].tolist() == [2**32 - count, 2**32 - 2 * count]
+
+
+def test_split_vertices():
+    """A vertex for each normal that its corners have, in the order of the corners, for any number of threads."""
+    rng = np.random.default_rng(12)
+    for count, kinds in ((5, 1), (200, 3), (40000, 1), (40000, 4)):
+        vertex = rng.integers(0, count, 3 * count).astype(np.uint32)
+        table = rng.normal(size=(kinds, 3)).astype(np.float32)
+        normals = table[np.where(rng.random(3 * count) < 0.9, 0, rng.integers(0, kinds, 3 * count))]
+        corner, origin, made = geometry._native.split_vertices(vertex, normals, count, 1)
+        assert made.shape == (count + len(origin), 3) and np.array_equal(made[corner], normals)
+        whole = np.concatenate([np.arange(count), origin])
+        assert np.array_equal(whole[corner], vertex)
+        pairs = np.unique(np.concatenate([vertex[:, None], normals.view(np.uint32)], axis=1), axis=0)
+        assert len(np.unique(corner)) == len(pairs)
+        first = np.unique(corner, return_index=True)[1]
+        added = corner[np.sort(first)]
+        assert (np.diff(added[added >= count].astype(int)) == 1).all() and (origin < count).all()
+        for threads in (2, 7):
+            again = geometry._native.split_vertices(vertex, normals, count, threads)
+            assert all(np.array_equal(a, b) for a, b in zip((corner, origin, made), again, strict=True))
+
+
+def test_fingerprints_see_every_byte():
+    data = np.random.default_rng(3).integers(0, 256, 3 << 20).astype(np.uint8)
+    seen = {geometry._native.fingerprint(data, threads) for threads in (1, 2, 7)}
+    assert len(seen) == 1
+    for at in (0, 1, 15, 16, 1 << 20, (1 << 20) - 1, len(data) - 1):
+        data[at] ^= 0x40
+        seen.add(geometry._native.fingerprint(data, 2))
+        data[at] ^= 0x40
+    seen |= {geometry._native.fingerprint(np.zeros(n, np.uint8), 1) for n in range(40)}
+    assert len(seen) == 1 + 7 + 40
 
 
 def test_boxes_of_meshes():
@@ -97,8 +164,15 @@ def test_bad_triangles_are_those_of_numpy():
 # ------------------------------------------------------------------ what another frame has left
 
 
+def everything(made):
+    """All that is made of a scene, by name."""
+    joined = made.joined()
+    return made.buffers | {"nodes": joined.nodes, "triangles": made.leaf_records(joined), "joined": joined.instances}
+
+
 def same_buffers(a, b, names=None):
-    return all(a.buffers[name].tobytes() == b.buffers[name].tobytes() for name in names or a.buffers)
+    a, b = everything(a), everything(b)
+    return all(a[name].tobytes() == b[name].tobytes() for name in names or a)
 
 
 def test_what_has_not_changed_is_the_same_object():
@@ -111,9 +185,14 @@ def test_what_has_not_changed_is_the_same_object():
 
 
 def test_every_input_counts():
-    kept = make_geometry(some_scene())
-    for name in geometry.INPUTS:
+    def with_slots():
         scene = some_scene()
+        scene.arrays["triangle_slots"] = np.zeros(len(scene.triangles), np.uint16)
+        return scene
+
+    kept = make_geometry(with_slots())
+    for name in geometry.INPUTS:
+        scene = with_slots()
         array = scene.arrays[name].copy()
         array.view(np.uint8).reshape(-1)[0] ^= 1
         scene.arrays[name] = array
@@ -123,9 +202,8 @@ def test_every_input_counts():
 def test_trees_of_instances_stay_when_they_move():
     kept = make_geometry(some_scene())
     made = make_geometry(some_scene(0.1), kept)
-    assert [tree.mesh for tree in made.trees] == [2, 3, geometry.WORLD]
-    assert all(tree is old for tree, old in zip(made.trees[:2], kept.trees, strict=False))
-    assert made.trees[2] is not kept.trees[2]
+    assert [tree.content.mesh for tree in made.bvh2()] == [2, 3, trees.WORLD]
+    assert all(made.trees[k] is kept.trees[k] for k in range(2)) and made.trees[2] is not kept.trees[2]
 
 
 def test_boxes_of_trees_that_are_used_again_are_those_of_new_ones():
@@ -133,7 +211,7 @@ def test_boxes_of_trees_that_are_used_again_are_those_of_new_ones():
     scene, kept = some_scene(), make_geometry(some_scene())
     scene.arrays["instance_visibility"] = scene.instance_visibility ^ 1
     made = make_geometry(scene, kept)
-    assert made is not kept and same_buffers(made, kept, ("nodes", "corner_normals", "normal_index"))
+    assert made is not kept and same_buffers(made, kept, ("nodes", "vertices", "normals"))
     assert not same_buffers(made, kept, ("triangles",)) and same_buffers(made, make_geometry(scene))
 
 
@@ -145,19 +223,48 @@ CHANGES = {"moved": dict(turn=0.02), "far": dict(turn=2.0), "deformed": dict(bum
            "finer": dict(rings=13), "less": dict(count=1)}
 
 
+@pytest.mark.parametrize("left", ["bvh2", "wide", "both"])
 @pytest.mark.parametrize("change", CHANGES)
-def test_pictures_with_and_without_what_was_kept_have_the_same_bits(change, monkeypatch):
+def test_pictures_with_and_without_what_was_kept_have_the_same_bits(change, left, monkeypatch):
     first, second = some_scene(), some_scene(**CHANGES[change])
     kept = make_geometry(first)
-    before = {name: array.tobytes() for name, array in kept.buffers.items()}
+    before = {name: array.tobytes() for name, array in everything(kept).items()}
+    if left != "bvh2":
+        assert kept.wide_tree
+        kept.settle(keep_bvh2=left == "both")
     wanted = sums(render(second, 16))
-    for limit in (geometry.REFIT_COST, 1e9):  # as it is, and with trees that have become bad ones
-        monkeypatch.setattr(geometry, "REFIT_COST", limit)
+    for limit in (trees.REFIT_COST, 0.0, 1e9):  # as it is, never, and with trees that have become bad ones
+        monkeypatch.setattr(trees, "REFIT_COST", limit)
         made = make_geometry(second, kept)
         monkeypatch.setattr("isophote.prepare.make_geometry", lambda scene, _=None, made=made: made)
         assert sums(render(second, 16)) == wanted
         monkeypatch.undo()
-    assert before == {name: array.tobytes() for name, array in kept.buffers.items()}, "what is kept stays as it is"
+    assert before == {name: array.tobytes() for name, array in everything(kept).items()}, "what is kept stays as it is"
+
+
+@pytest.mark.parametrize("change", ["moved", "deformed"])
+def test_the_cpus_tree_gets_new_boxes_without_a_bvh2(change):
+    """Its hits are those of a new one; the parts of meshes that have not changed are copied."""
+    kept = make_geometry(some_scene())
+    assert kept.wide_tree
+    kept.settle(keep_bvh2=False)
+    scene = some_scene(**CHANGES[change])
+    made, new = make_geometry(scene, kept), make_geometry(scene)
+    assert made.wide_tree.bytes == kept.wide_tree.bytes and not made.trees
+    prepared = prepare(scene)
+    rng = np.random.default_rng(6)
+    direction = rng.normal(size=(5000, 3))
+    rays = np.concatenate([rng.uniform(-3, 3, (5000, 3)), direction / np.linalg.norm(direction, axis=1, keepdims=True),
+                           np.zeros((5000, 1)), np.full((5000, 1), 1e30)], axis=1).astype(np.float32)
+    data = [geometry.plain(array) for array in prepared.traced().values()]
+    variant = geometry._native.variants[0][0]
+    hits = [geometry._native.trace(variant, data, tree, rays, False, 2)
+            for tree in (made.wide_tree, new.wide_tree, None)]
+    assert (hits[0][1][:, 0] != N["NONE"]).mean() > 0.2
+    for other in hits[1:]:
+        assert all(np.array_equal(a, b) for a, b in zip(hits[0], other, strict=True))
+    made.settle(keep_bvh2=False)
+    assert set(made.bytes) == {"meshes", "bvh2", "wide_tree"} and made.bytes["bvh2"] == 0
 
 
 def test_trees_that_have_become_bad_are_built_anew():
@@ -176,7 +283,11 @@ def test_trees_that_have_become_bad_are_built_anew():
     shuffled = scattered(np.random.default_rng(1).permutation(36).tolist())
     made = make_geometry(shuffled, kept)
     assert same_buffers(made, make_geometry(shuffled)), "as built from nothing"
-    assert made.trees[-1].built_cost == 0.0
+    assert made.bvh2()[-1].built_cost == 0.0
+    assert kept.wide_tree
+    kept.settle(keep_bvh2=False)
+    made = make_geometry(shuffled, kept)
+    assert made.wide_tree.bytes == make_geometry(shuffled).wide_tree.bytes and made.trees, "built from nothing"
 
 
 def test_other_normals_leave_the_cpus_tree_as_it_is():
@@ -184,7 +295,7 @@ def test_other_normals_leave_the_cpus_tree_as_it_is():
     tree = kept.wide_tree
     scene.arrays["normals"] = -scene.normals
     made = make_geometry(scene, kept)
-    assert made is not kept and made.wide_tree is tree and not same_buffers(made, kept, ("corner_normals",))
+    assert made is not kept and made.wide_tree is tree and not same_buffers(made, kept, ("normals",))
     assert make_geometry(some_scene(0.1), kept).wide_tree is not tree
 
 
@@ -202,16 +313,34 @@ def wires(turn=0.0):
 
 
 def test_triangles_in_several_leaves():
-    """Each record has its own normals, and a tree of pieces is built anew when things have moved."""
+    """A tree of pieces is built anew when things have moved."""
     scene = wires()
     made = make_geometry(scene)
-    triangles, index = made.buffers["triangles"], made.buffers["normal_index"]
+    triangles = leaf_records(made)
     assert len(triangles) > 1.1 * len(scene.triangles)
     assert set(triangles["primitive"].tolist()) == set(range(len(scene.triangles)))
-    smooth = index != N["NONE"]
-    np.testing.assert_array_equal(smooth, triangles["primitive"] < 1000)
-    normals = made.buffers["corner_normals"].view(np.float32).reshape(-1, 3, 3)
-    assert len(normals) == smooth.sum()
-    np.testing.assert_allclose(normals[index[smooth]], scene.normals[triangles["primitive"][smooth]], atol=1e-6)
+    corners = scene.vertices[scene.triangles[triangles["primitive"]]]
+    assert np.array_equal(np.stack([triangles[name] for name in ("v0", "v1", "v2")], axis=1), corners)
     moved = make_geometry(wires(0.01), made)
-    assert moved.buffers["nodes"].tobytes() == make_geometry(wires(0.01)).buffers["nodes"].tobytes()
+    assert same_buffers(moved, make_geometry(wires(0.01)))
+
+
+def test_trees_that_were_dropped_are_built_again():
+    for scene in (some_scene(), wires()):
+        made, dropped = make_geometry(scene), make_geometry(scene)
+        wide = dropped.wide_tree
+        dropped.settle(keep_bvh2=False)
+        assert dropped.bytes["bvh2"] == 0 and dropped.bytes["wide_tree"] == sum(wide.bytes.values())
+        assert make_geometry(scene, dropped) is dropped and not dropped.trees
+        assert same_buffers(made, dropped)
+    moved = make_geometry(wires(0.01), dropped)
+    assert moved.wide_tree.bytes == make_geometry(wires(0.01)).wide_tree.bytes, "no pieces of other triangles"
+
+
+def test_a_scene_with_other_slots_keeps_its_trees_without_asking_for_them():
+    scene, kept = some_scene(), make_geometry(some_scene())
+    wide = kept.wide_tree
+    kept.settle(keep_bvh2=False)
+    scene.arrays["triangle_slots"] = np.zeros(len(scene.triangles), np.uint16)
+    made = make_geometry(scene, kept)
+    assert made is not kept and not made.trees and made.wide_tree is wide

@@ -114,12 +114,12 @@ def test_little_memory_means_fewer_paths_and_the_same_bits(monkeypatch):
     film, memory, paths = rendered(scene, prepared, spec)
     width, height = (int(n) for n in scene.resolution)
     assert paths == min(1 << 15, 64 * width * height) and memory["paths"] > 100 * paths
-    assert memory["scene"] == sum(buffer.nbytes for buffer in prepared.buffers.values())
+    assert memory["scene"] == sum(prepared.traced_sizes().values())
     monkeypatch.setenv("ISOPHOTE_DEVICE_MEMORY", str(memory["scene"] + memory["film"] + memory["paths"] // 3))
     scarce, less, fewer = rendered(scene, prepared, spec)
     assert fewer < paths // 3 and sum(less.values()) < sum(memory.values()) // 3
     monkeypatch.setenv("ISOPHOTE_DEVICE_MEMORY", "1G")
-    monkeypatch.setenv("ISOPHOTE_DEVICE_BUFFER", str(max(b.nbytes for b in prepared.buffers.values()) + 150_000))
+    monkeypatch.setenv("ISOPHOTE_DEVICE_BUFFER", str(max(prepared.traced_sizes().values()) + 150_000))
     tight, _, capped = rendered(scene, prepared, spec)
     assert capped < paths
     for other in (scarce, tight, rendered(scene, prepared, "openmp")[0]):
@@ -137,7 +137,7 @@ def test_small_pictures_take_little_memory():
 @pytest.mark.parametrize("variable", ["ISOPHOTE_DEVICE_MEMORY", "ISOPHOTE_DEVICE_BUFFER"])
 def test_a_scene_that_does_not_fit_is_refused_with_its_bytes(monkeypatch, variable, meanwhile):
     spec, scene = pocl(), SCENES["cornell_like"]()
-    most = max(buffer.nbytes for buffer in ready(scene).buffers.values())
+    most = max(ready(scene).traced_sizes().values())
     monkeypatch.setenv(variable, str(most - 1))
     settings = replace(SETTINGS, device=spec, wait_for_kernels=not meanwhile)
     with pytest.raises(SceneTooLarge, match=rf"does not fit on .*\({most} bytes\) of .*\({most - 1} bytes\).*openmp"):

@@ -29,8 +29,8 @@ made, inner = [], isophote.prepare.make_geometry
 
 def counted(scene, before=None):
     geometry = inner(scene, before)
-    # The cost when it was built is asked for when it is refitted.
-    made.append("kept" if geometry is before else "refitted" if geometry.trees[-1].built_cost else "built")
+    assert geometry.wide_tree  # a new one needs a BVH2
+    made.append("kept" if geometry is before else "built" if geometry.trees else "refitted")
     return geometry
 
 
