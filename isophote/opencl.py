@@ -161,14 +161,14 @@ class OpenCLDevice:
     def upload(self, prepared: Prepared) -> None:
         """Copy the scene's buffers, but those that are there already, and compile the kernels for its features."""
         self.check_room(prepared)
-        self.copy(prepared)
+        self.copy_scene(prepared)
         self.wavefront = None
         options = build_options(self.device, self.settings, prepared)
         if group := shade_group(self.device, self.cl):
             options.append(f"-DSHADE_GROUP={group}")
         self.build(kernel_source(), options)
 
-    def copy(self, prepared: Prepared) -> None:
+    def copy_scene(self, prepared: Prepared) -> None:
         """Copy the scene's arrays. One that is the same object as before is there already (nobody changes them), and
         so are the trees of a geometry that is the same."""
         there = {id(array): self.scene[name] for name, array in self.arrays.items()}

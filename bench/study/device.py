@@ -64,7 +64,7 @@ class StudyDevice(OpenCLDevice):
         if self.variant.traversal == "list_local" and transparent:
             raise ValueError("list_local: shadow rays that pass transparent surfaces cannot go together")
         prepared = adapt(prepared, self.variant)
-        self.copy(prepared)
+        self.copy_scene(prepared)
         self.wavefront = None
         options = build_options(self.device, self.settings, prepared)
         options += [f"-D{name}={value}" for name, value in

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from isophote.geometry import BOX_MARGIN
+from isophote.trees import BOX_MARGIN
 from tests.kernel_lib import BUILD, PROBES, STRICT, find_compiler, source_digest
 
 COUNT = 100_000
