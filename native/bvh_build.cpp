@@ -42,8 +42,8 @@ struct Subtree {
 class Builder {
  public:
   Builder(BuildInput input, int max_leaf, int threads)
-      : input_(std::move(input)), max_leaf_(size_t(max_leaf)), threads_(threads), n_(input_.size()),
-        large_(std::max(4 * CHUNK, n_ / PARTS)) {
+      : input_(std::move(input)), max_leaf_(size_t(max_leaf)), n_(input_.size()), large_(std::max(4 * CHUNK, n_ / PARTS)),
+        threads_(n_ > CHUNK ? threads : 1) /* waking others takes longer than a small tree */ {
     items_[0] = std::make_unique_for_overwrite<Item[]>(n_);
   }
 
@@ -382,9 +382,8 @@ class Builder {
   }
 
   BuildInput input_;
-  size_t max_leaf_;
+  size_t max_leaf_, n_, large_;
   int threads_;
-  size_t n_, large_;
   std::unique_ptr<Item[]> items_[2];
   std::vector<TopNode> top_;
   std::vector<Part> parts_;
