@@ -63,6 +63,7 @@ def run_opencl(header: str, body: str, values: np.ndarray, outputs: int) -> np.n
     made, given = np.empty((len(values), outputs), np.float32), np.ascontiguousarray(values, np.float32)
     source = cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=given)
     target = cl.Buffer(context, flags.WRITE_ONLY, made.nbytes)
-    cl.Kernel(program, "probe")(queue, (len(values),), None, np.int32(given.shape[1]), np.int32(outputs), source, target)
+    shape = np.int32(given.shape[1]), np.int32(outputs)
+    cl.Kernel(program, "probe")(queue, (len(values),), None, *shape, source, target)
     cl.enqueue_copy(queue, made, target)
     return made

@@ -62,7 +62,7 @@ ROOMS = {"box": box(), "turned box": turned(box(), 5), "ball": ball(radius=1.5, 
 
 @pytest.mark.parametrize("space", SPACES)
 def test_closed_rooms_let_nothing_in(space):
-    samples = step(256, 4096)
+    samples = step(128, 2048)
     with Row("leaks", f"closed rooms ({', '.join(ROOMS)}), {16 * 16 * samples:.0e} paths each, {space}",
              "pixels that light has reached") as row:
         for name, shape in ROOMS.items():

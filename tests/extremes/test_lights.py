@@ -25,7 +25,7 @@ from tests.scenes import (
 
 # ------------------------------------------------------------------ size
 
-SIZES = step((-6, -3, -1, 0, 1, 3, 6), range(-6, 7))
+SIZES = step((-6, -3, 0, 1, 3, 5, 6), range(-6, 7))
 
 
 def floor(side=1e5) -> Builder:
@@ -66,9 +66,10 @@ def lit(kind, size):
 @pytest.mark.parametrize("kind", [RECTANGLE, ELLIPSE, POINT, "mesh"], ids=["rectangle", "ellipse", "sphere", "mesh"])
 def test_power_of_tiny_and_huge_lights(kind, request):
     name = request.node.callspec.id
-    with Row("tiny bright and huge dim lights", f"{name}, 1e-6 ... 1e6 m wide in 1 m, 1 W/m^2",
+    widest = "1e5" if kind == "mesh" else "1e6"
+    with Row("tiny bright and huge dim lights", f"{name}, 1e-6 ... {widest} m wide in 1 m, 1 W/m^2",
              "power, relative, beyond 3 standard errors", 1e-3) as row:
-        for power in SIZES:
+        for power in SIZES[:-1] if kind == "mesh" else SIZES:
             scene = lit(kind, 10.0 ** power)
             made = film(scene, step(1024, 8192), max_bounces=0)
             mean, error = mean_and_error(made)

@@ -88,7 +88,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
         "material_first": np.append(scene.material_first, len(scene.instruction_op) + 1),
         "instruction_op": np.append(scene.instruction_op, OPERATIONS["diffuse"][0]),
         "instruction_weight": np.concatenate([scene.instruction_weight, np.zeros((1, 3))]),
-        "instruction_params": np.concatenate([scene.instruction_params, np.zeros((1, *scene.instruction_params.shape[1:]))]),
+        "instruction_params": np.concatenate([scene.instruction_params, 0 * scene.instruction_params[:1]]),
     }
     return changed(scene, **a)
 
@@ -176,8 +176,8 @@ def rounding(made: Film, exact: Film) -> float:
     """Relative difference of the median pixel of two films that share their random numbers.
 
     A path that touches an edge takes another turn for the smallest difference, so a few pixels say nothing; but
-    the pictures' means must agree within one standard error, or the test fails here.
+    the pictures' means must agree within three standard errors, or the test fails here.
     """
     (mean, error), (other, _) = mean_and_error(exact), mean_and_error(made)
-    assert (np.abs(mean - other) <= error).all(), f"means differ by {np.abs(mean - other) / error} standard errors"
+    assert (np.abs(mean - other) <= 3 * error).all(), f"means differ by {np.abs(mean - other) / error} standard errors"
     return float(np.median(np.abs(rgb(made) - rgb(exact)) / rgb(exact).mean()))
