@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from isophote.records import make_records, numbers
@@ -13,6 +15,7 @@ SHARPEST = 1e-6  # width of a spot's edge in cosine, where Blender's blend is 0
 def light_records(scene: Scene) -> np.ndarray:
     """Light records of the scene's lamps. Their trails stay 0, for light_tree.make_light_tree."""
     n = numbers()
+    scene = sharpened(scene)
     kind, size, strength = scene.light_kind, scene.light_size, scene.light_strength
     is_ball = (kind == n["LIGHT_POINT"]) | (kind == n["LIGHT_SPOT"])
     is_sun = kind == n["LIGHT_SUN"]
@@ -28,6 +31,16 @@ def light_records(scene: Scene) -> np.ndarray:
         # Of a sun, 1 - cos of the half angle, without the cancellation.
         size_v=np.where(is_sun, 2 * np.sin(half / 2) ** 2, np.where(is_area, size[:, 1] / 2, half)),
         area=area, spot_cos=cos_cone, spot_smooth=1 / np.maximum((1 - cos_cone) * blend, SHARPEST))
+
+
+def sharpened(scene: Scene) -> Scene:
+    """The scene with lamps so small that float32 does not hold their radiance, or their size's square, of size 0."""
+    with np.errstate(over="ignore"):
+        finite = np.isfinite((scene.light_strength * radiance_factors(scene)[:, None]).astype(np.float32)).all(axis=1)
+    lost = ~finite | (scene.light_size[:, 0].astype(np.float32) ** 2 < np.finfo(np.float32).tiny)
+    if not (lost & (scene.light_size[:, 0] > 0)).any():
+        return scene
+    return replace(scene, arrays=scene.arrays | {"light_size": np.where(lost[:, None], 0.0, scene.light_size)})
 
 
 def lamp_areas(scene: Scene) -> np.ndarray:

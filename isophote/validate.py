@@ -229,7 +229,7 @@ def material_problems(scene: Scene) -> list[Problem]:
 
 
 def bad_triangles(scene: Scene) -> np.ndarray:
-    """Mask (T): a vertex or normal that is not finite, or no area (float32, as the kernels see it)."""
+    """Mask (T): a vertex or normal that is not finite, no area, or one whose square float32 does not hold."""
     from isophote import _native  # a scene with errors can be told without it
 
     bad, threads = np.empty(len(scene.triangles), np.uint8), os.cpu_count() or 1
@@ -266,7 +266,7 @@ def geometry_problems(scene: Scene, bad: Bad) -> list[Problem]:
     """What clean drops of triangles, instances and spheres: counted for each mesh, named for each other thing."""
     counts, totals = bad_of_meshes(scene, bad), np.diff(scene.mesh_triangles)
     problems = [Problem("dropped", scene.name_of("meshes", mesh),
-                        f"{counts[mesh]} of {totals[mesh]} triangles have no area or are not finite")
+                        f"{counts[mesh]} of {totals[mesh]} triangles have no area, or are too large or not finite")
                 for mesh in np.flatnonzero(counts)]
     problems += dropped(scene, "instances", bad.instances, "its matrix is not finite, or scales it to nothing")
     problems += dropped(scene, "spheres", bad.spheres, "not finite, or its radius is not above 0")

@@ -24,8 +24,10 @@ FN SphericalTriangle make_spherical_triangle(real3 pa, real3 pb, real3 pc, real 
   t.b = pb * scale_b;
   t.c = pc * scale_c;
   t.height = volume * scale_a * scale_b * scale_c;
-  t.side = dot3(t.a, t.c) + dot3(t.b, t.c);
-  t.base = REAL(1.0) + dot3(t.a, t.b);
+  /* a . c + b . c and 1 + a . b, without cancellation where the viewer is close to the edge a b. */
+  real3 middle = t.a + t.b;
+  t.side = dot3(middle, t.c);
+  t.base = REAL(0.5) * dot3(middle, middle);
   t.solid_angle = REAL(2.0) * atan2_real(t.height, t.side + t.base);
   return t;
 }
@@ -41,8 +43,9 @@ FN real3 sample_spherical_triangle(SphericalTriangle t, real part, real v) {
   real3 chord = d - t.b;
   real q = REAL(0.5) * dot3(chord, chord);
   real h = v * q; /* 1 - cos of the angle from b */
-  real along = sqrt(v * max_real(REAL(2.0) - h, REAL(0.0)) / max_real(REAL(2.0) - q, REAL(1e-30)));
-  return normalize3(t.b * (REAL(1.0) - h + along * q) + chord * along);
+  real3 across = chord + t.b * q; /* of d, at a right angle to b: its length would lose its digits in 2 - q */
+  real sine = sqrt(h * max_real(REAL(2.0) - h, REAL(0.0)) / max_real(dot3(across, across), REAL(1e-30)));
+  return normalize3(t.b * (REAL(1.0) - h) + across * sine);
 }
 
 #endif

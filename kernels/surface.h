@@ -37,6 +37,22 @@ FN uint hit_material(Scene s, Hit h, uint features) {
   return s.slot_materials[s.instances[h.instance].first_slot + slot];
 }
 
+FN real sum_of3(real3 a) { return a.x + a.y + a.z; }
+
+/* A point of the triangle with edges e1, e2 and weights b0, b1, b2 of its corners, moved inside where it is nearer to
+ * an edge than `reach`: rounding could put it beyond a wall that meets the triangle there, and light would leak in. */
+FN real3 keep_inside(real3 p, real3 e1, real3 e2, real b0, real b1, real b2, real reach) {
+  real3 n = cross3(e1, e2), e0 = e2 - e1;
+  real area = sqrt(dot3(n, n)); /* twice */
+  real l0 = sqrt(dot3(e0, e0)), l1 = sqrt(dot3(e2, e2)), l2 = sqrt(dot3(e1, e1));
+  reach = min_real(reach, area / (l0 + l1 + l2)); /* the middle is no farther from the edges */
+  real tiny = REAL(1e-37);
+  real m0 = max_real(reach - b0 * area / l0, REAL(0.0)) / max_real(area * l0, tiny);
+  real m1 = max_real(reach - b1 * area / l1, REAL(0.0)) / max_real(area * l1, tiny);
+  real m2 = max_real(reach - b2 * area / l2, REAL(0.0)) / max_real(area * l2, tiny);
+  return p + cross3(n, e0 * m0 - e2 * m1 + e1 * m2);
+}
+
 /* Error bounds of the point after Pharr, Jakob and Humphreys 2016, PBR 3rd ed., section 3.9.4 to 3.9.5,
  * doubled for the roundings of the offset itself. h must be a hit. */
 FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
@@ -66,7 +82,8 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     ns = ng;
     /* is_in_front: how far p lies off the plane, and the rounding of its test here and for a neighbour. */
     real3 across = normalize3(ng);
-    error = error + abs3(across) * fabs(dot3(across, r.p - v0)) + (abs3(e1) + abs3(e2)) * (REAL(4.0) * ROUNDING);
+    error = error + (abs3(e1) + abs3(e2)) * (REAL(4.0) * ROUNDING);
+    real3 off_plane = abs3(across) * fabs(dot3(across, r.p - v0));
     if (features & FEATURE_SMOOTH) {
       uint first = instance->first_normal;
       if (instance->visibility & INSTANCE_SMOOTH)
@@ -80,10 +97,15 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
       real3 ray_error = transform_error(in, abs3(ray.origin) + abs3(ray.direction) * h.t) + translation_error(in);
       error = transform_error(out, error + (ray_error + abs3(r.p)) * (REAL(4.0) * STORAGE_ROUNDING)) +
               translation_error(out) * (REAL(4.0) * STORAGE_ROUNDING);
+      off_plane = transform_error(out, off_plane);
       r.p = transform_point(out, r.p);
+      e1 = transform_vector(out, e1);
+      e2 = transform_vector(out, e2);
       ng = transform_normal(in, ng);
       ns = transform_normal(in, ns);
     }
+    r.p = keep_inside(r.p, e1, e2, b0, h.u, h.v, sum_of3(error));
+    error = error + off_plane;
     ng = normalize3(ng);
     ns = normalize3(ns);
   }

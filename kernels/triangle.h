@@ -51,7 +51,9 @@ FN int is_in_front(real3 v0, real3 v1, real3 v2, real3 origin, real3 direction) 
 }
 
 /* Edges are tested with the signs of U, V, W; equal products of shared edges make neighbours agree,
- * so no ray slips through between them, and an edge on the ray counts as hit from both sides. */
+ * so no ray slips through between them, and an edge on the ray counts as hit from both sides.
+ * t is a difference of numbers as large as the triangle. Just in front of a long one it may come out below 0: its
+ * size is then as good, and its sign would lose the hit. */
 FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, real3 direction, Shear s) {
   STRICT_FP
   real3 a = permute(v0 - origin, s.axis);
@@ -71,7 +73,7 @@ FN TriangleHit triangle_hit(real3 v0, real3 v1, real3 v2, real3 origin, real3 di
   TriangleHit h;
   h.hit = !(negative & positive) & (det != REAL(0.0));
   if (h.hit) h.hit = is_in_front(v0, v1, v2, origin, direction);
-  h.t = t * inverse;
+  h.t = fabs(t * inverse);
   h.u = v * inverse;
   h.v = w * inverse;
   return h;

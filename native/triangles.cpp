@@ -105,7 +105,7 @@ void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t
     double y = e[0][2] * e[1][0] - e[0][0] * e[1][2];
     double z = e[0][0] * e[1][1] - e[0][1] * e[1][0];
     double square = x * x + y * y + z * z;
-    bad[t] = !(square > 0.0 && square <= std::numeric_limits<double>::max());
+    bad[t] = !(square > 0.0 && square <= double(std::numeric_limits<float>::max())); /* kernels square normals, too */
   }
 }
 

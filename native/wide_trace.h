@@ -147,7 +147,7 @@ FN unsigned candidates(const TriangleBlock &b, const LocalRay &r, float t_min, f
   Float4 zero{};
   Int4 negative = (u < zero) | (v < zero) | (w < zero), positive = (u > zero) | (v > zero) | (w > zero);
   Float4 det = u + v + w;
-  Float4 t = (u * (r.shear.scale * az) + v * (r.shear.scale * bz) + w * (r.shear.scale * cz)) * (1.0f / det);
+  Float4 t = absolute((u * (r.shear.scale * az) + v * (r.shear.scale * bz) + w * (r.shear.scale * cz)) * (1.0f / det));
   Int4 hit = ~(negative & positive) & (det != zero) & (t >= splat4(t_min)) & (t <= splat4(t_max));
   return bits_of(hit) & ((1u << (b.count & ~LAST_IN_LEAF)) - 1u);
 }

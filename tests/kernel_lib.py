@@ -113,16 +113,22 @@ class OpenclKernels:
 
     def __init__(self, platform: str = "Portable Computing Language"):
         import pyopencl as cl
-        devices = [d for p in cl.get_platforms() if p.name == platform for d in p.get_devices()]
-        if not devices:
-            raise LookupError(f"no OpenCL platform {platform!r}")
-        self.cl, self.context = cl, cl.Context(devices[:1])
+        device = self.first_device(platform)
+        self.cl, self.context = cl, cl.Context([device])
         self.queue = cl.CommandQueue(self.context)
-        rounded = devices[0].single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
+        rounded = device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
         options = ["-cl-std=CL1.2", f"-I{PROBES}", f"-DSOURCES={source_digest()}"]  # the digest defeats driver caches
         options += ["-cl-fp32-correctly-rounded-divide-sqrt"] if rounded else []
         self.program = cl.Program(self.context, (PROBES / "bsdf_probe.cl").read_text()).build(options=options)
         self.tables = albedo_tables()
+
+    @staticmethod
+    def first_device(platform: str = "Portable Computing Language"):
+        import pyopencl as cl
+        devices = [d for p in cl.get_platforms() if p.name == platform for d in p.get_devices()]
+        if not devices:
+            raise LookupError(f"no OpenCL platform {platform!r}")
+        return devices[0]
 
     def _call(self, name, n, *arguments):
         """Numbers and input arrays first; arrays of `outputs` (shape, dtype) are made here and returned."""
