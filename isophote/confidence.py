@@ -151,6 +151,20 @@ def error_of_most(errors: np.ndarray) -> ImageError:
     return ImageError(*(float(ordered[index]) for index in at))
 
 
+def samples_for(target: float, looks: list[tuple[int, float]]) -> float | None:
+    """The number of samples at which an error is expected, from looks at (samples, error); None without any.
+
+    The error falls on as it fell since half as many samples, between samples^-1/4 and samples^-1.
+    """
+    looks = [(samples, error) for samples, error in looks if error > 0.0]
+    if not looks:
+        return None
+    samples, error = looks[-1]
+    before, larger = min(looks, key=lambda look: abs(look[0] - samples / 2))
+    power = math.log(larger / error) / math.log(samples / before) if before < samples else 0.5
+    return samples * (error / target) ** (1.0 / min(1.0, max(0.25, power)))
+
+
 @dataclass(frozen=True)
 class Claim:
     """What is said of a picture. None is "not known".
