@@ -24,7 +24,7 @@ bench/coverage.py measures how often all this holds.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,16 +101,16 @@ def tiles_of(seen: Luminance) -> Tiles:
 
 def hits_of(seen: Luminance) -> np.ndarray:
     """About how many hits made each pixel's noise, (h, w), from 1 to MOST_HITS."""
-    above = seen.mean - np.minimum.reduce(list(neighbours(seen.mean)))
+    above = seen.mean - near(seen.mean, np.minimum)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.clip(np.where(seen.variance > 0.0, above * above / seen.variance, 1.0), 1.0, MOST_HITS)
 
 
-def neighbours(values: np.ndarray) -> Iterator[np.ndarray]:
-    """Nine times (h, w): `values` moved by -1, 0 and 1 pixels each way; the border is repeated."""
-    height, width = values.shape
+def near(values: np.ndarray, combine: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+    """The 3 x 3 pixels around each of (h, w), combined (np.add, np.minimum); the border is repeated."""
     padded = np.pad(values, 1, mode="edge")
-    return (padded[y:y + height, x:x + width] for y in range(3) for x in range(3))
+    rows = combine(combine(padded[:-2], padded[1:-1]), padded[2:])
+    return combine(combine(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
 
 
 def spread_evenly(light: np.ndarray, counts: np.ndarray, origin: tuple[int, int]) -> np.ndarray:
@@ -139,15 +139,15 @@ def relative_errors(seen: Luminance, tiles: Tiles) -> np.ndarray | None:
         return None
     missed = spread_over_tiles(tiles.unseen, seen.mean.shape, seen.origin)
     error = np.maximum(np.sqrt(seen.variance), missed)
-    return error / np.maximum(np.minimum(seen.mean, sum(neighbours(seen.mean)) / 9.0), floor)
+    return error / np.maximum(np.minimum(seen.mean, near(seen.mean, np.add) / 9.0), floor)
 
 
 def error_of_most(errors: np.ndarray) -> ImageError:
     """The SHARE quantile of the pixels' errors, with its 95 % interval from order statistics (binomial)."""
-    ordered = np.sort(errors, axis=None)
-    spread = Z95 * math.sqrt(SHARE * (1.0 - SHARE) / ordered.size)
-    at = [min(ordered.size - 1, max(0, math.ceil(share * ordered.size) - 1))
+    spread = Z95 * math.sqrt(SHARE * (1.0 - SHARE) / errors.size)
+    at = [min(errors.size - 1, max(0, math.ceil(share * errors.size) - 1))
           for share in (SHARE, SHARE - spread, SHARE + spread)]
+    ordered = np.partition(errors, at, axis=None)
     return ImageError(*(float(ordered[index]) for index in at))
 
 
