@@ -10,7 +10,8 @@ h = d^2 / v hits, taken between 1 and MOST_HITS: 1 for one hit, many at a noisy 
 
 Unseen light. The light of the hits in tiles with few of them, spread evenly over the squares of 4, 8, 16 ... tiles
 and the whole frame around a tile, is what the tile may have missed. Where that is more than its own
-standard error, it is unsure, the more so where it is black. A tile that has light and no noise (a background) is not.
+standard error, it is unsure, the more so where it is black. A tile that has light and no noise (a background) has
+missed none, but it is unsure where it borders on noise: a sliver of an edge may lie in it.
 
 Intervals. The variance comes from r = (sum v)^2 / sum v^2 pixels, 21 of 64 where all are alike (the kurtosis of
 normal noise is 3), so it has 3 r degrees of freedom, which Student's t takes. Hits are rare above the mean, so
@@ -92,11 +93,12 @@ def tiles_of(seen: Luminance) -> Tiles:
     few = noisy & (total * total < FEW * sums_over_tiles(square / hits, origin))
     rare = root * (variance > pool(variance, origin)) * spread_over_tiles(few, variance.shape, origin)
     unseen = spread_evenly(sums_over_tiles(rare, origin), counts, (origin[0] // TILE, origin[1] // TILE))
-    unseen[~noisy & (mean > 0.0)] = 0.0
+    quiet = ~noisy & (mean > 0.0)
+    unseen[quiet] = 0.0
     sigma = np.sqrt(total) / counts
     freedom = 3.0 * safe * safe / np.where(noisy, sums_over_tiles(square, origin), 1.0)
     skew = sums_over_tiles(variance * root / np.sqrt(hits), origin) / safe ** 1.5
-    return Tiles(mean, sigma, freedom, skew, unseen, few | (unseen > sigma))
+    return Tiles(mean, sigma, freedom, skew, unseen, few | (unseen > sigma) | quiet & near(noisy, np.logical_or))
 
 
 def hits_of(seen: Luminance) -> np.ndarray:
