@@ -150,5 +150,7 @@ def report(engine, progress: Progress, time_limit: float) -> None:
     done = progress.samples_done / progress.samples_total
     if time_limit > 0.0:
         done = max(done, progress.seconds / time_limit)
+    if progress.error_target and progress.remaining is not None and progress.seconds > 0.0:
+        done = max(done, progress.seconds / (progress.seconds + progress.remaining))
     engine.update_progress(min(done, 1.0))
     engine.update_stats("", log.progress_line(progress))

@@ -48,7 +48,9 @@ def progress_line(progress: Progress) -> str:
     if progress.remaining is not None:
         minutes, seconds = divmod(int(progress.remaining + 0.5), 60)
         parts.append(f"Remaining {minutes}:{seconds:02d}")
-    if progress.error is not None:
+    if progress.error_target and progress.error_95 is not None:
+        parts.append(f"95 % of pixels within {percent(progress.error_95)} (wanted {percent(progress.error_target)})")
+    elif progress.error is not None:
         parts.append(f"Error {percent(progress.error)}")
     return " | ".join(parts)
 
@@ -62,6 +64,7 @@ def finished(result: dict, export_seconds: float) -> None:
     line(
         f"device {result['device']}, {result['samples']} samples{shares}, "
         f"{result['samples_per_second']:.4g} samples/s, error {percent(result['error'])}, "
+        f"95 % of pixels within {percent(result['error_95'])}, {percent(result['unsure'])} of the picture unsure, "
         f"export {export_seconds:.2f} s, build {result['build_seconds']:.2f} s, "
         f"compile {result['compile_seconds']:.2f} s, render {result['render_seconds']:.2f} s, {strict}{stopped}"
     )
@@ -74,6 +77,10 @@ def stamp_fields(result: dict, layer: str, partial: bool) -> dict[str, str]:
         "driver": result["driver"],
         "samples": str(result["samples"]),
         "error": percent(result["error"]),
+        "error_95": percent(result["error_95"]),
+        "error_target": percent(result["error_target"]) if result["error_target"] else "none",
+        "unsure": percent(result["unsure"]),
+        "stopped": result["why_stopped"] or "an error",
         "precision": result["precision"],
         "strict": result["strict"] if isinstance(result["strict"], str) else "yes",
         "seed": str(result["seed"]),

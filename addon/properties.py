@@ -48,6 +48,17 @@ class IsophoteSceneSettings(bpy.types.PropertyGroup):
         subtype="TIME_ABSOLUTE",
         unit="TIME_ABSOLUTE",
     )
+    error_percent: FloatProperty(
+        name="Error",
+        description="Stop when 95 % of the pixels are within this much of their brightness, 0 to go by samples and time"
+        " alone",
+        default=100.0 * DEFAULTS.error_target,
+        min=0.0,
+        soft_max=20.0,
+        max=1000.0,
+        precision=2,
+        subtype="PERCENTAGE",
+    )
     seed: IntProperty(name="Seed", description="Another seed gives another noise", default=DEFAULTS.seed, min=0)
     device: EnumProperty(name="Device", items=DEVICE_ITEMS, default=DEFAULTS.device)
     opencl_device: IntProperty(

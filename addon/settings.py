@@ -41,11 +41,16 @@ FROM_CYCLES = {
 }
 
 
+def own_values(own) -> dict:
+    """The settings in scene.isophote, by name of Settings."""
+    return {**{name: getattr(own, name) for name in SAME}, "error_target": own.error_percent / 100.0}
+
+
 def file_settings(scene) -> dict:
     """What a file asks for, by name of Settings: its Isophote settings where some were made, else those of Cycles."""
     own, cycles = scene.isophote, getattr(scene, "cycles", None)
-    if any(own.is_property_set(name) for name in SAME) or cycles is None:
-        values = {name: getattr(own, name) for name in SAME}
+    if any(own.is_property_set(name) for name in (*SAME, "error_percent")) or cycles is None:
+        values = own_values(own)
     else:
         values = {ours: getattr(cycles, theirs) for theirs, ours in FROM_CYCLES.items()}
     return {**values, "film_transparent": scene.render.film_transparent}
@@ -54,11 +59,11 @@ def file_settings(scene) -> dict:
 def make_settings(scene, view_layer, region: tuple[int, int, int, int], preview: bool = False) -> Settings:
     """The settings of one view layer's render. Raises ValueError for values that do not fit."""
     own = scene.isophote
-    values = {name: getattr(own, name) for name in SAME}
+    values = own_values(own)
     if view_layer.samples > 0:  # Blender's override by layer
         values["samples"] = view_layer.samples
     if preview:
-        values["samples"] = min(values["samples"], PREVIEW_SAMPLES)
+        values |= {"samples": min(values["samples"], PREVIEW_SAMPLES), "error_target": 0.0}
     return Settings(
         **values,
         device="openmp" if preview else device_of(own),

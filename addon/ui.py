@@ -42,6 +42,7 @@ class ISOPHOTE_PT_sampling(PanelBase, bpy.types.Panel):
                 column.label(text=problem[first:first + 60])
         column.prop(own, "samples")
         column.prop(own, "time_limit")
+        column.prop(own, "error_percent")
         column.prop(own, "seed")
         column.operator(CopyCycles.bl_idname)
 

@@ -22,7 +22,15 @@ from isophote.film import FilmError
 from isophote.images import ImageError, check_place, read_image
 from isophote.kernel_cache import describe_cache
 from isophote.memory import readable
-from isophote.render_command import Interrupted, Job, checked_settings, export_scene_file, open_scene, render_job
+from isophote.render_command import (
+    MOST_SAMPLES,
+    Interrupted,
+    Job,
+    checked_settings,
+    export_scene_file,
+    open_scene,
+    render_job,
+)
 from isophote.scene import FIELDS, SceneError
 from isophote.settings import PRECISIONS, Settings
 from isophote.validate import validate
@@ -44,6 +52,23 @@ class Size(click.ParamType):
         if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
             self.fail(f"{value!r} is no size; write it as 640x480", param, ctx)
         return int(width), int(height)
+
+
+class Percent(click.ParamType):
+    """A share above 0, written 1% or 1, as 0.01."""
+
+    name = "PERCENT"
+
+    def convert(self, value, param, ctx):
+        if isinstance(value, float):
+            return value
+        try:
+            share = float(value.strip().removesuffix("%")) / 100.0
+        except ValueError:
+            share = math.nan
+        if not 0.0 < share < math.inf:
+            self.fail(f"{value!r} is no share; write it as 1%", param, ctx)
+        return share
 
 
 def reported(command):
@@ -101,9 +126,12 @@ def cli():
 @click.argument("scene", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture, .exr or .png.")
 @click.option("--samples", type=click.IntRange(min=1),
-              help=f"Samples a pixel (default: the file's, else {DEFAULTS.samples}; no limit with --time alone).")
+              help=f"Samples a pixel (default: the file's, else {DEFAULTS.samples}; no limit with --time alone, "
+                   f"{MOST_SAMPLES} with --error).")
 @click.option("--time", "time_limit", type=click.FloatRange(min=0, min_open=True), metavar="S",
               help="Stop after this many seconds of rendering.")
+@click.option("--error", "error_target", type=Percent(), metavar="E%",
+              help="Stop when 95 % of the pixels are within this of their brightness (docs/error.md).")
 @click.option("--device", default=DEFAULTS.device, show_default=True, help="openmp, opencl or opencl:N.")
 @click.option("--wait-for-kernels", is_flag=True, default=None,
               help="Do not let the CPU render while an OpenCL device compiles its kernels.")
@@ -131,6 +159,10 @@ def render(scene, output, frame, size, blender, explain, json, **options):
         raise Interrupted(f"{output} holds the {result['samples']} samples that were done and is marked as partial")
 
 
+STOPPED = {"samples": "all samples are done", "time": "the time is over", "error": "the wanted error is reached",
+           "cancelled": "cancelled"}
+
+
 def print_result(result: dict) -> None:
     error = "unknown" if result["error"] is None else f"{100 * result['error']:.2f} % of the mean brightness"
     click.echo(f"picture    {result['output']}{' (partial)' if result['partial'] else ''}")
@@ -141,6 +173,12 @@ def print_result(result: dict) -> None:
     click.echo(f"samples    {result['samples']} a pixel, {result['samples_per_second'] / 1e6:.3f} million a second, "
                f"{result['render_seconds']:.2f} s")
     click.echo(f"error      {error}")
+    if result["error_95"] is not None:
+        target = f" (wanted: {100 * result['error_target']:g} %)" if result["error_target"] else ""
+        click.echo(f"pixels     95 % are within {100 * result['error_95']:.2f} % of their brightness{target}")
+    if result["unsure"]:
+        click.echo(f"unsure     {100 * result['unsure']:.1f} % of the picture, where light came in too few bright hits")
+    click.echo(f"stopped    {STOPPED[result['why_stopped']]}")
     for note in result["notes"]:
         click.echo(f"note       {note['name']}: {note['what']}")
 

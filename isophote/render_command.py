@@ -25,6 +25,7 @@ from isophote.session import Progress, Session
 from isophote.settings import Settings
 
 NO_LIMIT = 1 << 30  # samples, where only the time limits a render
+MOST_SAMPLES = 1 << 16  # where only the error does: one that cannot be reached shall not render for ever
 LINE_SECONDS = 10.0  # between lines of progress where stderr is no terminal
 
 
@@ -53,6 +54,8 @@ def checked_settings(output: Path, time_limit: float | None, passes: str | None,
                      **options) -> tuple[Settings, frozenset[str]]:
     """Settings from the command line's options, and which of them were given. Raises click.UsageError."""
     options = {name: value for name, value in options.items() if value is not None}
+    if options.get("error_target"):
+        options = {"samples": MOST_SAMPLES, **options}
     if time_limit:
         options = {"samples": NO_LIMIT, "time_limit": time_limit, **options}
     if passes is None:
@@ -67,8 +70,9 @@ def checked_settings(output: Path, time_limit: float | None, passes: str | None,
 def with_file_settings(job: Job, scene: Scene) -> Job:
     """The job with the scene file's settings where no option was given. Raises SceneError for values that cannot be."""
     wanted = {name: value for name, value in scene.settings.items() if name not in job.given}
-    if "samples" in job.given:  # asking for samples or a time lifts the file's other limit
+    if "samples" in job.given:  # asking for samples, a time or an error lifts the file's other limits
         wanted.pop("time_limit", None)
+        wanted.pop("error_target", None)
     try:
         return replace(job, settings=replace(job.settings, **wanted))
     except (TypeError, ValueError) as error:
@@ -141,8 +145,9 @@ def write_picture(job: Job, film: Film, result: dict, partial: bool) -> None:
     metadata = {"Software": "Isophote", "isophote:partial": int(partial), "isophote:samples": result["samples"],
                 "isophote:device": result["device"], "isophote:precision": result["precision"],
                 "isophote:seed": result["seed"], "isophote:scene": result["scene_hash"]}
-    if result["error"] is not None:
-        metadata["isophote:error"] = result["error"]
+    for name in ("error", "error_95", "error_target", "unsure", "why_stopped"):
+        if result[name]:
+            metadata[f"isophote:{name}"] = result[name]
     planes = make_passes(film, job.settings.passes)
     try:
         write_image(job.output, planes, metadata)
@@ -192,7 +197,7 @@ def progress_shown(console: Console):
         task = bar.add_task("preparing", total=None)
 
         def show(progress: Progress) -> None:
-            limited = progress.samples_total < NO_LIMIT
+            limited = progress.samples_total < NO_LIMIT and not progress.error_target
             done, total = ((progress.samples_done, progress.samples_total) if limited else
                            (progress.seconds, progress.seconds + (progress.remaining or 0.0)))
             bar.update(task, completed=done, total=total, description=described(progress))
@@ -202,7 +207,10 @@ def progress_shown(console: Console):
 
 def described(progress: Progress) -> str:
     """One line: samples, error, remaining time."""
-    total = f"/{progress.samples_total}" if progress.samples_total < NO_LIMIT else ""
+    limited = progress.samples_total < NO_LIMIT and not progress.error_target
+    total = f"/{progress.samples_total}" if limited else ""
     error = "" if progress.error is None else f", error {100 * progress.error:.2f} %"
+    if progress.error_target and progress.error_95 is not None:
+        error = f", 95 % of pixels within {100 * progress.error_95:.2f} % (wanted {100 * progress.error_target:g} %)"
     remaining = "" if not progress.remaining else f", {progress.remaining:.0f} s left"
     return f"{progress.samples_done}{total} samples{error}{remaining}"

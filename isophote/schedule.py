@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 BLOCK = 64  # samples a pixel summed in float32 (design, section 6)
+FIRST_DECISION = 16  # samples before which no render stops for its error
 ITEM_SECONDS = 0.35  # an item aims at 0.2 to 0.5 s: cancelling is quick, overhead is small
 
 Region = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels from the lower left; x1 and y1 lie outside
@@ -48,6 +49,23 @@ def next_samples(first: int, now: int, end: int, step: int) -> int:
         raise ValueError(f"no item after sample {now} of [{first}, {end}) in steps of {step}")
     in_block = BLOCK - now % BLOCK
     return min(max(1, now - first), step, in_block, end - now)
+
+
+def next_decision(samples: int) -> int:
+    """The first number of samples above `samples` at which a render may stop for its error: 16, 20, 24, 28, 32, 40, ...
+
+    That is 4 to 7 times the powers of two from 4 on: fixed numbers, so that where a render stops depends on its
+    film alone, and close enough that it does not take much longer than it must.
+    """
+    if samples < FIRST_DECISION:
+        return FIRST_DECISION
+    part = 1 << (samples.bit_length() - 3)
+    return (samples // part + 1) * part
+
+
+def is_decision(samples: int) -> bool:
+    """Whether a render may stop for its error at this number of samples."""
+    return samples > 0 and next_decision(samples - 1) == samples
 
 
 def sample_items(first: int, end: int, step: int, region: Region = (0, 0, 1, 1)) -> Iterator[WorkItem]:

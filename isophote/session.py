@@ -9,6 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from isophote.confidence import Claim, claim_of, samples_for
 from isophote.device import Device, DeviceError, SceneTooLarge, open_device
 from isophote.film import Film, FilmError
 from isophote.handover import with_cpu_meanwhile
@@ -16,9 +17,8 @@ from isophote.memory import check_host_memory
 from isophote.passes import check_passes, planes_for
 from isophote.records import feature_names
 from isophote.scene import Scene, SceneError
-from isophote.schedule import Region, WorkItem, choose_step, next_samples
+from isophote.schedule import Region, WorkItem, choose_step, is_decision, next_decision, next_samples
 from isophote.settings import Settings
-from isophote.statistics import ImageError, image_error
 from isophote.validate import check
 
 if TYPE_CHECKING:
@@ -29,11 +29,13 @@ ERROR_SHARE = 0.05  # of the render's time that may go into estimating its error
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a render stands. `error` is the picture's relative error (statistics.image_error), None while unknown.
+    """Where a render stands.
 
-    `why_stopped` is "" while it goes on, then "samples", "time" or "cancelled". `seconds` counts from
-    the first step, set-up left out; `remaining` is an estimate, None before the first sample;
-    `samples_per_second` counts camera paths: samples times pixels.
+    `error` is the picture's relative error (statistics.image_error), `error_95` the one within which 95 % of its
+    pixels are (confidence.py), None while unknown; `error_target` is what is wanted of that, 0 for nothing.
+    `why_stopped` is "" while it goes on, then "samples", "time", "error" (the wanted one is reached) or
+    "cancelled". `seconds` counts from the first step, set-up left out; `remaining` is an estimate, None
+    before the first sample; `samples_per_second` counts camera paths: samples times pixels.
     """
 
     samples_done: int
@@ -41,6 +43,8 @@ class Progress:
     seconds: float
     remaining: float | None
     error: float | None
+    error_95: float | None
+    error_target: float
     samples_per_second: float
     why_stopped: str
 
@@ -68,8 +72,8 @@ class Session:
         self._own_samples = 0  # rendered by this session, without those of a film that it was given
         self._sample_seconds = 0.0
         self._leaves = False
-        self._error: ImageError | None = None
-        self._error_due, self._error_at = 0.0, -1
+        self._claim, self._claim_due, self._claim_at = Claim(None, None, None), 0.0, -1
+        self._looks: list[tuple[int, float]] = []  # samples and error_95 where the render might have stopped
         self.why_stopped = ""
         self._scene: Scene | None = scene  # until it is hashed
         self._hashing: Future | None = None
@@ -162,11 +166,23 @@ class Session:
         return self.film.first + self.settings.samples
 
     def reason_to_stop(self) -> str:
+        if self.error_reached():
+            return "error"
         if self.film.end >= self.end:
             return "samples"
         if self._cancel.is_set():
             return "cancelled"
         return "time" if self.cancelled() else ""
+
+    def error_reached(self) -> bool:
+        """Whether the film has the wanted error; decided at fixed numbers of samples (schedule.next_decision)."""
+        target, samples = self.settings.error_target, self.film.samples
+        if not (target > 0.0 and is_decision(samples)):
+            return False
+        most = self.claim(fresh=True).most
+        if most and (not self._looks or self._looks[-1][0] < samples):
+            self._looks.append((samples, most.value))
+        return most is not None and most.value <= target
 
     def render_item(self) -> None:
         film = self.film
@@ -174,7 +190,10 @@ class Session:
         if self.settings.time_limit > 0.0 and self._sample_seconds > 0.0:
             left = self.settings.time_limit - self.elapsed()
             step = min(step, max(1, int(left / self._sample_seconds)))
-        item = WorkItem(self.region, film.end, next_samples(film.first, film.end, self.end, step))
+        end = self.end
+        if self.settings.error_target > 0.0:
+            end = min(end, film.first + next_decision(film.samples))
+        item = WorkItem(self.region, film.end, next_samples(film.first, film.end, end, step))
         before = time.perf_counter()
         try:
             added = self.device.render(item, self.settings, film.open, self.cancelled)
@@ -207,27 +226,31 @@ class Session:
         self.device.upload(self.prepared)
         self._sample_seconds = 0.0
 
-    def error(self, fresh: bool = False) -> ImageError | None:
-        """The picture's error; estimated anew where `fresh`, else when that costs little of the render's time."""
+    def claim(self, fresh: bool = False) -> Claim:
+        """What is known of the error; estimated anew where `fresh`, else when that costs little of the time."""
         now = time.perf_counter()
-        if self._error_at != self.film.end and (fresh or now >= self._error_due):
-            self._error, self._error_at = image_error(self.film), self.film.end
+        if self._claim_at != self.film.end and (fresh or now >= self._claim_due):
+            self._claim, self._claim_at = claim_of(self.film), self.film.end
             cost = time.perf_counter() - now
-            self._error_due = now + cost / ERROR_SHARE
-        return self._error
+            self._claim_due = now + cost / ERROR_SHARE
+        return self._claim
 
     def progress(self) -> Progress:
-        estimate = self.error(fresh=bool(self.why_stopped))
+        claim = self.claim(fresh=bool(self.why_stopped))
         return Progress(self.film.samples, self.settings.samples, self._seconds, self.remaining(),
-                        estimate.value if estimate else None, self.samples_per_second(), self.why_stopped)
+                        claim.mean.value if claim.mean else None, claim.most.value if claim.most else None,
+                        self.settings.error_target, self.samples_per_second(), self.why_stopped)
 
     def remaining(self) -> float | None:
-        """Seconds to the end of the samples or of the time, whichever comes first; None while unknown."""
+        """Seconds to the end of the samples, of the time or to the wanted error, whichever comes first; or None."""
         if self.why_stopped:
             return 0.0
         left = [self.settings.time_limit - self.elapsed()] if self.settings.time_limit > 0.0 else []
         if self._own_samples:
-            left.append((self.end - self.film.end) * self._seconds / self._own_samples)
+            samples = self.settings.samples
+            if self.settings.error_target > 0.0:
+                samples = min(samples, samples_for(self.settings.error_target, self._looks) or samples)
+            left.append((samples - self.film.samples) * self._seconds / self._own_samples)
         return max(0.0, min(left)) if left else None
 
     def samples_per_second(self) -> float:
@@ -236,7 +259,7 @@ class Session:
 
     def result(self) -> dict:
         """What `isophote render --json` prints. `strict` is True or the reason why the bits are not strict's."""
-        estimate = self.error(fresh=True)
+        claim = self.claim(fresh=True)
         precision = self.settings.precision
         height, width = self.film.shape
         return {
@@ -254,8 +277,12 @@ class Session:
             "memory": dict(self.device.memory),
             "render_seconds": self._seconds,
             "samples_per_second": self.samples_per_second(),
-            "error": estimate.value if estimate else None,
-            "error_interval": [estimate.low, estimate.high] if estimate else None,
+            "error": claim.mean.value if claim.mean else None,
+            "error_interval": [claim.mean.low, claim.mean.high] if claim.mean else None,
+            "error_95": claim.most.value if claim.most else None,
+            "error_95_interval": [claim.most.low, claim.most.high] if claim.most else None,
+            "error_target": self.settings.error_target,
+            "unsure": claim.unsure,
             "why_stopped": self.why_stopped,
             "precision": precision,
             "strict": self.device.strict if precision == "strict" else f"precision is {precision}",

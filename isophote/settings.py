@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 
 PRECISIONS = ("strict", "fast", "reference")
 
 # What may change between two parts of one film: how far and how fast, not what each sample is.
-NOT_OF_THE_SAMPLES = ("samples", "time_limit", "device", "wait_for_kernels", "threads", "passes")
+NOT_OF_THE_SAMPLES = ("samples", "time_limit", "error_target", "device", "wait_for_kernels", "threads", "passes")
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,7 @@ class Settings:
 
     samples: int = 128
     time_limit: float = 0.0  # seconds, 0: none
+    error_target: float = 0.0  # relative, 95 % of the pixels shall be within it (confidence.py); 0: none
     seed: int = 0
     precision: str = "strict"
     device: str = "openmp"  # openmp, opencl or opencl:N
@@ -40,6 +42,8 @@ class Settings:
                      "transparent_bounces", "threads", "seed"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} is {getattr(self, name)}: it cannot be negative")
+        if not 0.0 <= self.error_target < math.inf:
+            raise ValueError(f"error_target is {self.error_target}: it must be 0 (none) or more")
         if self.samples < 1:
             raise ValueError("samples is 0: at least 1 is needed")
 

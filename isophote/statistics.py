@@ -64,6 +64,24 @@ def variance_of_mean(sums: tuple[np.ndarray, np.ndarray], counts: tuple[int, int
     return difference * difference * (counts[0] * counts[1] / (counts[0] + counts[1]) ** 2)
 
 
+@dataclass(frozen=True)
+class Luminance:
+    """A picture's luminance: means and v, float64 (h, w) each; `origin` is the x, y of the first pixel in the frame."""
+
+    mean: np.ndarray
+    variance: np.ndarray
+    origin: tuple[int, int]
+
+
+def luminance_of(film: Film) -> Luminance | None:
+    """The luminance of a film's picture; None with one sample a pixel."""
+    if min(film.replicate_samples) == 0:
+        return None
+    halves = weighted_sums(film, LUMINANCE)
+    return Luminance((halves[0] + halves[1]) / film.samples, variance_of_mean(halves, film.replicate_samples),
+                     film.region[:2])
+
+
 def pixel_error(film: Film) -> np.ndarray:
     """One standard deviation of the picture's RGB, float32 (h, w, 3), pooled over tiles; NaN with one sample."""
     error = np.full((*film.shape, 3), np.nan, np.float32)
@@ -83,7 +101,7 @@ class ImageError:
     high: float
 
 
-def image_error(film: Film) -> ImageError | None:
+def image_error(film: Film, seen: Luminance | None = None) -> ImageError | None:
     """Root of the mean variance of the pixels' luminance, relative to the picture's mean luminance:
 
         E = sqrt(mean over pixels of v) / mean over pixels of luminance
@@ -92,15 +110,13 @@ def image_error(film: Film) -> ImageError | None:
     of v within tiles (so that tiles may differ, and heavy tails count), by the central limit theorem
     over the picture: se(mean v)^2 = sum over tiles of N_t var_t(v) / N^2. It is a little too wide where
     pixels of one tile differ in kind. None where nothing is known: one sample, or a black picture.
+    `seen` is luminance_of(film), where the caller has it.
     """
-    if min(film.replicate_samples) == 0:
-        return None
-    halves = weighted_sums(film, LUMINANCE)
-    brightness = float((halves[0].mean() + halves[1].mean()) / film.samples)
+    seen = seen or luminance_of(film)
+    brightness = 0.0 if seen is None else float(seen.mean.mean())
     if not brightness > 0.0:
         return None
-    variance = variance_of_mean(halves, film.replicate_samples)
-    origin = film.region[:2]
+    variance, origin = seen.variance, seen.origin
     counts = sums_over_tiles(np.ones(film.shape), origin)
     sums = sums_over_tiles(variance, origin)
     squares = sums_over_tiles(variance * variance, origin)

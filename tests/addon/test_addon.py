@@ -65,6 +65,17 @@ def test_passes_of_two_view_layers(host):
     assert "Isophote: device" in log and "error" in log
 
 
+def test_a_render_stops_at_the_error_of_the_panel(host):
+    _, log = host.scenario("wanted_error")
+    samples = read(host.folder / "wanted_error.exr")["ViewLayer.Sample Count.X"]
+    assert 16 <= samples.min() == samples.max() < 4096 and "stopped by error" in log
+    assert "95 % of pixels within" in log and "of the picture unsure" in log
+    found = oiio.ImageInput.open(str(host.folder / "wanted_error.exr")).spec()
+    texts = {a.name.split(".")[-1]: a.value for a in found.extra_attribs if "isophote.ViewLayer" in a.name}
+    assert texts["stopped"] == "error" and texts["error_target"] == "10 %", texts
+    assert 0.0 < float(texts["error_95"].split()[0]) <= 10.0
+
+
 def test_region_percentage_and_transparency(host):
     found, _ = host.scenario("frames")
     full, crop, region = (rgba(host.folder / f"{name}.exr") for name in ("full", "crop", "region"))

@@ -73,6 +73,27 @@ def test_time_alone_has_no_limit_of_samples(scene, tmp_path):
     assert result["why_stopped"] == "time" and result["samples"] > 128 and result["partial"] is False
 
 
+def test_a_wanted_error_stops_the_render_and_is_said(scene, tmp_path):
+    outcome = run("render", scene, "-o", tmp_path / "a.exr", "--error", "20%")
+    assert outcome.exit_code == 0, outcome.output
+    assert "(wanted: 20 %)" in outcome.stdout and "stopped    the wanted error is reached" in outcome.stdout
+    assert "% (wanted 20 %)" in outcome.stderr
+    metadata = read_image(tmp_path / "a.exr").metadata
+    assert metadata["isophote:why_stopped"] == "error" and metadata["isophote:error_target"] == pytest.approx(0.2)
+    assert 0.0 < metadata["isophote:error_95"] <= 0.2
+    result = json.loads(run("render", scene, "-o", tmp_path / "b.exr", "--error", "20", "--json").stdout)
+    assert result["why_stopped"] == "error" and 16 <= result["samples"] < 200 and result["error_target"] == 0.2
+    outcome = run("render", scene, "-o", tmp_path / "c.exr", "--error", "0.1%", "--samples", 9, "--json")
+    limited = json.loads(outcome.stdout)
+    assert limited["why_stopped"] == "samples" and limited["samples"] == 9
+
+
+@pytest.mark.parametrize("text", ["0", "-1%", "x", "nan"])
+def test_errors_that_are_none_are_refused(scene, tmp_path, text):
+    outcome = run("render", scene, "-o", tmp_path / "a.exr", "--error", text)
+    assert outcome.exit_code == 2 and "write it as 1%" in outcome.stderr
+
+
 def interrupting(engine, at, count=1):
     def interrupt(sample):
         if sample == at:

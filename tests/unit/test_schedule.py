@@ -2,7 +2,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from isophote.schedule import BLOCK, WorkItem, choose_step, next_samples, sample_items, split
+from isophote.schedule import (
+    BLOCK,
+    WorkItem,
+    choose_step,
+    is_decision,
+    next_decision,
+    next_samples,
+    sample_items,
+    split,
+)
 
 
 @given(st.integers(0, 40), st.integers(1, 1000), st.integers(1, BLOCK))
@@ -53,3 +62,10 @@ def test_impossible_items_are_refused(region, first, count):
 def test_split_refuses_a_start_within_a_block():
     with pytest.raises(ValueError, match="border"):
         split(100, 2, first=10)
+
+
+def test_decisions_are_fixed_numbers_of_samples():
+    assert [n for n in range(0, 130) if is_decision(n)] == [16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 112, 128]
+    for n in range(0, 5000):
+        assert next_decision(n) == next(m for m in range(n + 1, 2 * n + 20) if is_decision(m))
+    assert all(n % BLOCK == 0 for n in range(256, 5000) if is_decision(n))

@@ -10,6 +10,7 @@ from isophote.device import DeviceError
 from isophote.film import Film, FilmError, load_film, merge
 from isophote.passes import PASSES, make_passes
 from isophote.scene import SceneError
+from isophote.schedule import is_decision
 from isophote.session import Session
 from isophote.settings import Settings
 
@@ -168,3 +169,41 @@ def test_strict_says_why_not():
     device = NoiseDevice()
     device.strict = "the driver does not round division correctly"
     assert Session(tiny_scene(), settings(1), device).result()["strict"] == device.strict
+
+
+def test_a_render_stops_when_its_error_is_reached_and_says_so():
+    session = Session(tiny_scene(), settings(100_000, error_target=0.2), NoiseDevice())
+    seen = []
+    last = session.run(seen.append)
+    assert last.why_stopped == "error" and last.error_95 <= 0.2 and last.remaining == 0.0
+    assert is_decision(last.samples_done) and 24 <= last.samples_done <= 112  # 1.96 * 0.745 / sqrt(53) = 0.2
+    assert all(p.error_95 > 0.2 for p in seen if is_decision(p.samples_done) and not p.why_stopped)
+    result = session.result()
+    assert result["error_95"] == last.error_95 and result["error_target"] == 0.2 and result["why_stopped"] == "error"
+    assert result["error_95_interval"][0] <= result["error_95"] <= result["error_95_interval"][1]
+    assert 0.0 <= result["unsure"] <= 1.0
+
+
+@pytest.mark.parametrize("step", [1, 4, 64])
+def test_where_a_render_stops_for_its_error_does_not_depend_on_its_items(monkeypatch, step):
+    whole = rendered(100_000, error_target=0.25).film
+    monkeypatch.setattr("isophote.session.choose_step", lambda seconds: step)
+    other = rendered(100_000, error_target=0.25).film
+    assert other.samples == whole.samples and bits(other) == bits(whole)
+    part = rendered(37).film  # as if interrupted and resumed
+    resumed = Session(tiny_scene(), settings(100_000, error_target=0.25), NoiseDevice(), part)
+    assert resumed.run().samples_done == whole.samples and bits(part) == bits(whole)
+
+
+def test_samples_stop_a_render_before_its_error_does():
+    session = Session(tiny_scene(), settings(50, error_target=1e-4), NoiseDevice())
+    assert session.run().why_stopped == "samples" and session.film.samples == 50
+
+
+def test_the_time_to_the_wanted_error_is_foretold():
+    seen = []
+    session = Session(tiny_scene(), settings(1 << 20, error_target=0.1), NoiseDevice(delay=0.0005))
+    session.run(seen.append)
+    total = seen[-1].seconds
+    foretold = [(p.seconds, p.remaining) for p in seen if 100 < p.samples_done < 300]
+    assert foretold and all(0.4 * total < seconds + left < 2.5 * total for seconds, left in foretold)
