@@ -22,9 +22,11 @@ HEAD = """# The extremes
 
 Where renderers break, and how far each case was driven here: strict float32 on OpenMP and on OpenCL (PoCL), whose bits
 are compared in every film, against float64 (precision "reference") or an exact answer. `tests/extremes` holds the
-cases; CI runs them with `--quick`, over fewer steps and samples. An error is the largest of its case, and the limit is what the test allows.
+cases; CI runs them with `--quick`, over fewer steps and samples. An error is the largest of its case, and the limit is
+what the test allows.
 
-Written by `python -m bench.extremes{quick}` on {date}, commit {commit}, {processor}, {opencl}.
+Written by `python -m bench.extremes{quick}` on {date}, commit {commit}, {processor},
+{opencl}.
 
 | case | range driven | largest error | limit | verdict |
 | --- | --- | --- | --- | --- |
