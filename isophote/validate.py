@@ -229,7 +229,7 @@ def material_problems(scene: Scene) -> list[Problem]:
 
 
 def bad_triangles(scene: Scene) -> np.ndarray:
-    """Mask (T): a vertex or normal that is not finite, no area, or one whose square float32 does not hold."""
+    """Mask (T): a vertex or normal that is not finite, no area, or a length whose square overflows float32."""
     from isophote import _native  # a scene with errors can be told without it
 
     bad, threads = np.empty(len(scene.triangles), np.uint8), os.cpu_count() or 1

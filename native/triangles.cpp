@@ -98,14 +98,18 @@ void find_bad_triangles(const float *vertices, const uint32_t *triangles, size_t
   for (size_t t = 0; t < count; t++) {
     const float *v[3];
     for (int c = 0; c < 3; c++) v[c] = vertices + 3 * size_t(triangles[3 * t + size_t(c)]);
-    double e[2][3];
+    double e[2][3], reach = 0.0;
     for (int k = 0; k < 2; k++)
-      for (int a = 0; a < 3; a++) e[k][a] = double(v[k + 1][a] - v[0][a]);
+      for (int a = 0; a < 3; a++) {
+        e[k][a] = double(v[k + 1][a] - v[0][a]);
+        reach = std::max(reach, e[k][a] * e[k][a]);
+      }
     double x = e[0][1] * e[1][2] - e[0][2] * e[1][1];
     double y = e[0][2] * e[1][0] - e[0][0] * e[1][2];
     double z = e[0][0] * e[1][1] - e[0][1] * e[1][0];
     double square = x * x + y * y + z * z;
-    bad[t] = !(square > 0.0 && square <= double(std::numeric_limits<float>::max())); /* kernels square normals, too */
+    /* The products of triangle_hit must not overflow. */
+    bad[t] = !(square > 0.0 && square <= std::numeric_limits<double>::max() && reach <= double(std::numeric_limits<float>::max()));
   }
 }
 

@@ -104,6 +104,20 @@ def test_lossless_surfaces_vanish(space):
             row.see(np.maximum(0, np.abs(mean - 1) - 3 * error), f"{name}, {shape}")
 
 
+def test_smooth_normals_make_no_light():
+    """Bodies of few facets with normals of a ball: where the two normals disagree light is lost, never made."""
+    with Row("shadow terminator", "smooth balls of 3 ... 24 rings, albedo 1, in a white world",
+             "mean above 1, beyond 3 standard errors", 1e-5) as row:
+        for rings in (3, 4, 8, 24):
+            b = Builder((12, 12))
+            b.world = 1.0
+            b.look((0, -3, 0), (0, 0, 0), 0.5)
+            b.add(ball(rings=rings), program(("diffuse", 1.0)), normals=ball(rings=rings)[0])
+            for space, scene in spaces(b.make()).items():
+                mean, error = mean_and_error(film(scene, step(64, 1024)))
+                row.see(np.maximum(0, mean - 1 - 3 * error), f"{rings} rings, {space}")
+
+
 def test_rough_surfaces_with_multiscatter_keep_their_light():
     """Within what the tables interpolate: white glossy 0.3 %, glass from outside 1 %."""
     for name, limit, constants in (("glossy", 0.003, {}), ("glass", 0.01, dict(ior=1.45))):

@@ -133,7 +133,7 @@ extern "C" void set_control(unsigned bits) { _mm_setcsr(_mm_getcsr() | bits); }
 SCRIPT = """
 import ctypes, sys
 import numpy as np
-from tests.extremes.test_film import dim_scenes
+from tests.extremes.test_extreme_film import dim_scenes
 from tests.extremes.variants import film
 if sys.argv[1]:
     ctypes.CDLL(sys.argv[1]).set_control(0x8040)  # flush to zero, and take denormal numbers as zero
