@@ -155,9 +155,10 @@ def test_bad_triangles_are_those_of_numpy():
         corners = vertices[triangles]
         edges = (corners[:, 1:] - corners[:, :1]).astype(float)
         square = (np.cross(edges[:, 0], edges[:, 1]) ** 2).sum(1)
-        bad = ~((square > 0) & np.isfinite(square))
+        reach = (edges**2).max((1, 2))  # kernels multiply such lengths in float32
+        bad = ~((square > 0) & np.isfinite(square) & (reach <= np.finfo(np.float32).max))
     problems, cleaned, notes = check(scene)
-    assert 1000 < bad.sum() < 3000 and np.array_equal(cleaned.triangles, triangles[~bad])
+    assert 1000 < bad.sum() < 4000 and np.array_equal(cleaned.triangles, triangles[~bad])
     assert notes[0]["what"].startswith(f"{bad.sum()} of 9000 triangles") and len(problems) == 1
 
 
