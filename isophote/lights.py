@@ -70,6 +70,13 @@ def radiance_factors(scene: Scene) -> np.ndarray:
     return np.where(kind == n["LIGHT_SUN"], sun, np.where(kind <= n["LIGHT_SPOT"], point, diffuse))
 
 
+def slots_of(scene: Scene, mesh: int) -> np.ndarray:
+    """Material slot of each of a mesh's triangles, int64 [T]."""
+    first, end = scene.mesh_triangles[mesh:mesh + 2].astype(np.int64)
+    slots = scene.triangle_slots[first:end].astype(np.int64)
+    return slots if len(scene.triangle_slots) else np.broadcast_to(0, end - first)
+
+
 def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
     """Light records of all emissive triangles, each instance's its own, in the order of (instance, primitive)."""
     n = numbers()
@@ -78,15 +85,15 @@ def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
     emitting_slots = emits[scene.slot_materials]
     if not emitting_slots.any():
         return parts[0]
+    slots = [slots_of(scene, mesh) for mesh in range(len(scene.mesh_normals))]
+    slot_counts = [int(each.max(initial=-1)) + 1 for each in slots]
     for instance, mesh in enumerate(scene.instance_mesh):
-        first, base = scene.mesh_triangles[mesh], scene.instance_slots[instance]
-        slots = scene.triangle_slots[first:scene.mesh_triangles[mesh + 1]]
-        if not len(slots):  # all 0
-            slots = np.zeros(scene.mesh_triangles[mesh + 1] - first, np.uint16)
-        if not len(slots) or not emitting_slots[base:base + slots.max() + 1].any():
+        base = scene.instance_slots[instance]
+        if not emitting_slots[base:base + slot_counts[mesh]].any():
             continue
-        primitive = np.flatnonzero(emitting_slots[base + slots])
-        slot, primitive = base + slots[primitive], first + primitive
+        slot = base + slots[mesh]
+        primitive = np.flatnonzero(emitting_slots[slot])
+        slot, primitive = slot[primitive], scene.mesh_triangles[mesh] + primitive
         if not len(primitive):
             continue
         matrix = scene.instance_to_world[instance]

@@ -59,7 +59,8 @@ class Wavefront:
         self.group = {name: GROUP for name in KERNELS}
         self.rays_each, self.enough_groups = 1, GROUPS_EACH_UNIT * queue.device.max_compute_units
         if queue.device.type & cl.device_type.GPU:
-            self.group |= {"shade": shade_group(queue.device, cl), "extend": TRACE_GROUP, "connect": TRACE_GROUP}
+            largest = min(TRACE_GROUP, queue.device.max_work_group_size)
+            self.group |= {"shade": shade_group(queue.device, cl), "extend": largest, "connect": largest}
             self.rays_each = RAYS_EACH
         b, stride = self.buffers, np.uint32(paths)
         path, hit = (b["reals"], b["uints"], stride), (b["hit_reals"], b["hit_uints"])

@@ -77,13 +77,6 @@ FN Span span_of_box(real center_x, real half_x, real center_y, real half_y, real
   return s;
 }
 
-/* Distance at which the ray enters the box, or a negative number where it does not before t_max. */
-FN real enter_box(real center_x, real half_x, real center_y, real half_y, real center_z, real half_z, LocalRay r,
-                  real t_min, real t_max) {
-  Span s = span_of_box(center_x, half_x, center_y, half_y, center_z, half_z, r, t_min, t_max);
-  return s.enter <= s.leave ? s.enter : REAL(-1.0);
-}
-
 FN Hit keep_closer(Hit best, TriangleHit h, uint instance, uint primitive, Ray ray) {
   int take = h.hit && is_closer(h.t, instance, primitive, best) && is_wanted(h.t, instance, primitive, ray);
   best.t = take ? h.t : best.t;

@@ -43,13 +43,14 @@ FN real sum_of3(real3 a) { return a.x + a.y + a.z; }
  * an edge than `reach`: rounding could put it beyond a wall that meets the triangle there, and light would leak in. */
 FN real3 keep_inside(real3 p, real3 e1, real3 e2, real b0, real b1, real b2, real reach) {
   real3 n = cross3(e1, e2), e0 = e2 - e1;
-  real area = sqrt(dot3(n, n)); /* twice */
-  real l0 = sqrt(dot3(e0, e0)), l1 = sqrt(dot3(e2, e2)), l2 = sqrt(dot3(e1, e1));
+  real square0 = dot3(e0, e0), square1 = dot3(e2, e2), square2 = dot3(e1, e1);
+  real area = sqrt(dot3(n, n)), l0 = sqrt(square0), l1 = sqrt(square1), l2 = sqrt(square2); /* area: twice */
   reach = min_real(reach, area / (l0 + l1 + l2)); /* the middle is no farther from the edges */
+  /* What is missing at an edge, reach - b area / l, over the length area l of n's product with the edge. */
   real tiny = REAL(1e-37);
-  real m0 = max_real(reach - b0 * area / l0, REAL(0.0)) / max_real(area * l0, tiny);
-  real m1 = max_real(reach - b1 * area / l1, REAL(0.0)) / max_real(area * l1, tiny);
-  real m2 = max_real(reach - b2 * area / l2, REAL(0.0)) / max_real(area * l2, tiny);
+  real m0 = max_real(reach * l0 - b0 * area, REAL(0.0)) / max_real(area * square0, tiny);
+  real m1 = max_real(reach * l1 - b1 * area, REAL(0.0)) / max_real(area * square1, tiny);
+  real m2 = max_real(reach * l2 - b2 * area, REAL(0.0)) / max_real(area * square2, tiny);
   return p + cross3(n, e0 * m0 - e2 * m1 + e1 * m2);
 }
 

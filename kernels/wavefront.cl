@@ -99,7 +99,7 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   queue[i] = i;
 }
 
-/* A group's share of a queue, [next, end): its lanes begin with as many, and who is done takes the next.
+/* A group's share of a queue, [first, end): its lanes begin with one each, and who is done takes the next.
  *
  * A warp is busy until its longest walk is over. With rays that go anywhere two thirds of an H200's lanes were idle
  * on average; giving those whose walk is over new rays follows Aila, Laine and Karras 2012, "Understanding the

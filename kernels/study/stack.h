@@ -2,7 +2,7 @@
  * nearer child last, so that it comes next; PRUNED skips boxes behind the closest hit so far. */
 #ifndef ISOPHOTE_STUDY_STACK_H
 #define ISOPHOTE_STUDY_STACK_H
-#include "../bvh.h"
+#include "box.h"
 
 FN Hit trace_stack(Scene s, Ray ray, int any) {
   Hit best = no_hit(ray.t_max);

@@ -7,7 +7,7 @@
  * the same on the way down and up, so it follows from the ray's direction alone. Every root is a node. */
 #ifndef ISOPHOTE_STUDY_STACKLESS_H
 #define ISOPHOTE_STUDY_STACKLESS_H
-#include "../bvh.h"
+#include "box.h"
 
 #define FROM_PARENT 0
 #define FROM_SIBLING 1

@@ -3,8 +3,10 @@
  * The host (bench/study) defines TRAVERSAL, one of the numbers below, the macros that its header names, and which of the
  * files at the end are wanted. Every tracer gives the hits of the shipping one, every schedule its sums. Not part of the
  * shipped program. */
-/* With the shipping trace(), whose name another tracer takes below. */
+/* With the shipping trace(), whose name another tracer takes below. Headers that several of the conditions below want
+ * are named here: the host puts each in once, where it is first named. */
 #include "../bvh.h"
+#include "box.h"
 
 #define TRAVERSAL_SHIPPING 0
 #define TRAVERSAL_LIST 1

@@ -23,9 +23,9 @@ def enter():
         margin = np.float32(BOX_MARGIN) * np.maximum(np.abs(lo), np.abs(hi)).max(1, keepdims=True)
         lo, hi = lo - margin, hi + margin  # as the builder does, for the roundings of triangle_hit
         rays, boxes = (np.ascontiguousarray(np.hstack(pair), np.float32) for pair in ((origin, direction), (lo, hi)))
-        t_max, found = np.broadcast_to(np.float32(t_max), len(rays)).copy(), np.empty(len(rays), np.float32)
+        t_max, found = np.broadcast_to(np.float32(t_max), len(rays)).copy(), np.empty(len(rays), np.int32)
         probe(len(rays), *(a.ctypes.data_as(ctypes.c_void_p) for a in (rays, boxes, t_max, found)))
-        return found >= 0
+        return found != 0
 
     return call
 
