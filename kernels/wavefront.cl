@@ -216,22 +216,34 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   }
 
   if (choice.chosen < 0) return r; /* black from here */
-  if ((SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY)) {
-    real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
-    LightWalk walk = start_walk(u.x);
-    Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
-    for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
-    LightSample light = finish_light(s, walk, at.p, u.y, u_choice.x, SCENE_FEATURES);
-    BsdfValue value = evaluate_material(s, m, at, choice, wo, light.direction);
-    r.connection = connect_light(params, at, light, value, p);
-    r.connected = !is_dark(r.connection.light);
-  }
-
   BsdfSample sample = sample_closure(s.instructions[m.first + uint_of(choice.chosen)], at.backfacing, s.albedo_tables,
                                      wo, choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
   real3 direction = to_world(make_frame(at.ns), sample.wi);
   sample = one_sided_sample(at, direction, sample);
-  BsdfValue value = evaluate_material(s, m, at, choice, wo, direction);
+
+  int lit = (SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY);
+  LightSample light;
+  light.direction = direction;
+  if (lit) {
+    real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
+    LightWalk walk = start_walk(u.x);
+    Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+    for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
+    light = finish_light(s, walk, at.p, u.y, u_choice.x, SCENE_FEATURES);
+  }
+
+  /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
+   * their code twice shading took a tenth longer on an H200 and compiled for 0.8 s more. */
+  BsdfValue value = make_value(zero3(), REAL(0.0)), of_light = value;
+#pragma unroll 1
+  for (int turn = lit ? 0 : 1; turn < 2; turn++) {
+    of_light = value;
+    value = evaluate_material(s, m, at, choice, wo, turn ? direction : light.direction);
+  }
+  if (lit) {
+    r.connection = connect_light(params, at, light, of_light, p);
+    r.connected = !is_dark(r.connection.light);
+  }
   Scattered next = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, value,
                                 sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
   r.path = next.path;
