@@ -81,10 +81,8 @@ def is_strict(device) -> bool | str:
 
 def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     """Compiler options: the scene's features, and what keeps the bits in strict mode."""
-    used = 0
-    for op in np.unique(prepared.buffers["instructions"]["op"]):
-        used |= 1 << int(op)
-    options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u", f"-DCLOSURES_USED={used}u"]
+    options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
+               f"-DCLOSURES_USED={prepared.operations}u"]
     if settings.precision == "fast":
         return [*options, "-DISOPHOTE_FAST"]
     if is_strict(device) is True:

@@ -26,12 +26,14 @@ class Prepared:
     """What a device takes. `buffers` holds an array for each entry of kernels/scene_buffers.h, but not for `nodes` and
     `triangles`: these are for those who trace the BVH2 and are made by `traced`.
 
-    `features` is a mask of FEATURE_ bits, `resolution` the full frame (width, height) in pixels.
+    `features` is a mask of FEATURE_ bits, `operations` one of the instructions' operations (bit 1 << op): what kernels
+    must know. `resolution` is the full frame (width, height) in pixels.
     """
 
     buffers: dict[str, np.ndarray]
     geometry: Geometry
     features: int
+    operations: int
     resolution: tuple[int, int]
     build_seconds: float
     notes: list[dict] = field(default_factory=list)
@@ -79,7 +81,9 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
                               features=features)}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype.base) for name, dtype in scene_buffers().items()
                if name in buffers}
-    return Prepared(buffers, geometry, features, tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+    operations = sum(1 << int(op) for op in np.unique(instructions["op"]))
+    return Prepared(buffers, geometry, features, operations, tuple(int(r) for r in scene.resolution),
+                    time.perf_counter() - started)
 
 
 def make_camera(scene: Scene) -> np.ndarray:

@@ -21,6 +21,7 @@ from bench.parity import (
     render_in_parts,
     render_with_break,
 )
+from bench.specialise import generalised
 from isophote import _native
 from isophote.device import list_kind
 from isophote.film import AOV_PLANES, COMBINED_PLANES, Film
@@ -191,6 +192,17 @@ def test_opencl(name):
         mine = expose_region(name, (3, 2, 17, 13)).sum(plane)
         assert differing_floats(mine, part.sum(plane)) == 0
     device.close()
+
+
+def test_general_kernels(name):
+    """What a scene does not use and kernels therefore leave out changes no bit."""
+    for device in ["openmp", *([pocl()] if name == "spheres" else [])]:  # PoCL compiles for seconds
+        settings = settings_of(name, device=device, samples=SAMPLES, passes=("combined",))
+        holder = opened(device, settings, generalised(prepared_of(name)))
+        film = render_in_parts(holder, settings.region or full_frame(scene_of(name)), settings)
+        holder.close()
+        for plane in range(COMBINED_PLANES):
+            assert differing_floats(film.sum(plane), plain_film(name).sum(plane)) == 0
 
 
 @cache
