@@ -77,35 +77,35 @@ def slots_of(scene: Scene, mesh: int) -> np.ndarray:
     return slots if len(scene.triangle_slots) else np.broadcast_to(0, end - first)
 
 
+def emitting_triangles(scene: Scene, emits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Instance, primitive and entry of slot_materials of all triangles whose material emits, int64, in the order of
+    (instance, primitive)."""
+    emitting = emits[scene.slot_materials]
+    found = [np.zeros((3, 0), np.int64)]
+    slots = [slots_of(scene, mesh) for mesh in range(len(scene.mesh_normals))] if emitting.any() else []
+    slot_counts = [int(each.max(initial=-1)) + 1 for each in slots]
+    for instance, mesh in enumerate(scene.instance_mesh if slots else []):
+        base = int(scene.instance_slots[instance])
+        if emitting[base:base + slot_counts[mesh]].any():
+            triangles = np.flatnonzero(emitting[base + slots[mesh]])
+            found.append(np.stack([np.full(len(triangles), instance), int(scene.mesh_triangles[mesh]) + triangles,
+                                   base + slots[mesh][triangles]]))
+    return tuple(np.concatenate(found, axis=1))
+
+
 def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
     """Light records of all emissive triangles, each instance's its own, in the order of (instance, primitive)."""
     n = numbers()
-    parts = [make_records("Light", 0)]
-    emits = materials["emission"].any(1)
-    emitting_slots = emits[scene.slot_materials]
-    if not emitting_slots.any():
-        return parts[0]
-    slots = [slots_of(scene, mesh) for mesh in range(len(scene.mesh_normals))]
-    slot_counts = [int(each.max(initial=-1)) + 1 for each in slots]
-    for instance, mesh in enumerate(scene.instance_mesh):
-        base = scene.instance_slots[instance]
-        if not emitting_slots[base:base + slot_counts[mesh]].any():
-            continue
-        slot = base + slots[mesh]
-        primitive = np.flatnonzero(emitting_slots[slot])
-        slot, primitive = slot[primitive], scene.mesh_triangles[mesh] + primitive
-        if not len(primitive):
-            continue
-        matrix = scene.instance_to_world[instance]
-        corners = scene.vertices[scene.triangles[primitive]].astype(np.float64) @ matrix[:, :3].T + matrix[:, 3]
-        edges = corners[:, 1:] - corners[:, :1]
-        normal = np.cross(edges[:, 0], edges[:, 1])
-        doubled = np.linalg.norm(normal, axis=1)
-        kept = doubled > 0
-        radiance = materials["emission"][scene.slot_materials[slot]].astype(np.float64)
-        record = make_records(
-            "Light", len(primitive), kind=n["LIGHT_TRIANGLE"], instance=instance, primitive=primitive,
-            visibility=scene.instance_visibility[instance], radiance=radiance, position=corners[:, 0],
-            u=edges[:, 0], v=edges[:, 1], normal=normal / np.where(kept, doubled, 1)[:, None], area=doubled / 2)
-        parts.append(record[kept])
-    return np.concatenate(parts)
+    instance, primitive, slot = emitting_triangles(scene, materials["emission"].any(1))
+    corners = scene.vertices[scene.triangles[primitive]].astype(np.float64)  # [N, 3, 3]
+    matrix = scene.instance_to_world[instance].astype(np.float64)
+    corners = sum(corners[:, :, axis, None] * matrix[:, None, :, axis] for axis in range(3)) + matrix[:, None, :, 3]
+    edges = corners[:, 1:] - corners[:, :1]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    doubled = np.linalg.norm(normal, axis=1)
+    kept = doubled > 0
+    return make_records(
+        "Light", len(primitive), kind=n["LIGHT_TRIANGLE"], instance=instance, primitive=primitive,
+        visibility=scene.instance_visibility[instance], radiance=materials["emission"][scene.slot_materials[slot]],
+        position=corners[:, 0], u=edges[:, 0], v=edges[:, 1], normal=normal / np.where(kept, doubled, 1)[:, None],
+        area=doubled / 2)[kept]
