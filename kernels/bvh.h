@@ -110,12 +110,13 @@ FN Hit hit_sphere(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
   if (!(sphere->visibility & ray.kind)) return best;
   SphereHit h = sphere_hit(load3(sphere->center), to_real(sphere->radius), space.origin, space.direction);
   TriangleHit candidate;
-  candidate.hit = h.hit;
   candidate.u = REAL(0.0);
   candidate.v = REAL(0.0);
   candidate.t = h.t_near;
+  candidate.hit = h.hit & (h.t_near > REAL(0.0)); /* at 0 a ray leaves or touches it */
   best = keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
   candidate.t = h.t_far;
+  candidate.hit = h.hit & (h.t_far > REAL(0.0));
   return keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
 }
 

@@ -14,7 +14,8 @@
 
 /* Hits count where (t, instance, primitive) lies behind (t_min, after_instance, after_primitive) in
  * lexicographic order and t < t_max; so a path can go on behind a transparent surface without
- * missing or repeating one at the same distance. after_instance NONE: t > t_min. */
+ * missing or repeating one at the same distance. after_instance NONE: nothing was passed, t >= t_min. Just in front of
+ * a long triangle t may come out as 0, where is_in_front still knows on which side the ray begins. */
 typedef struct {
   real3 origin, direction; /* direction is unit length in the world */
   real t_min, t_max;
@@ -56,7 +57,7 @@ FN Hit no_hit(real t_max) {
 }
 
 FN int is_wanted(real t, uint instance, uint primitive, Ray r) {
-  int later = (instance > r.after_instance) | ((instance == r.after_instance) & (primitive > r.after_primitive));
+  int later = (instance + 1u > r.after_instance + 1u) | ((instance == r.after_instance) & (primitive > r.after_primitive));
   int skipped = (instance == r.skip_instance) & (primitive == r.skip_primitive);
   return ((t > r.t_min) | ((t == r.t_min) & later)) & !skipped;
 }

@@ -61,7 +61,6 @@ NOT_BUILT = [
         verdict="not built: such samples are neither left out nor counted"),
     Row("denormals", "light below 1.2e-38 in the film", "",
         verdict="open: numpy takes it for 0 where the host flushes to zero"),
-    Row("leaks", "closed room of 2 x 2 x 2000 m", "", verdict="open: 6 of 256 pixels after 131,072 paths"),
     Row("texture coordinates", "1e6 and more, negative, NaN", "", verdict="not built: there are no textures"),
     Row("shadow terminator", "smooth low-poly ball, lamp at the horizon", "", verdict="open: bands are not measured"),
     Row("shadow terminator", "normal maps at 60 degrees and more", "", verdict="not built: there are no normal maps"),

@@ -57,7 +57,7 @@ def turned(shape, seed):
 
 
 ROOMS = {"box": box(), "turned box": turned(box(), 5), "ball": ball(radius=1.5, rings=9),
-         "slivers": slivers(turned(box(), 6), 50), "long": box(half=(1, 1, 30))}
+         "slivers": slivers(turned(box(), 6), 50), "long": box(half=(1, 1, 1000)), "longer": box(half=(1, 1, 10000))}
 
 
 @pytest.mark.parametrize("space", SPACES)

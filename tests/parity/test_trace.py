@@ -246,3 +246,20 @@ def test_no_ray_slips_through_a_closed_body():
     for tree, packets in ((None, False), (wide, False), (wide, True)):
         assert (hits(data, tree, rays, packets=packets)[:, 3] == 0).all()
     assert (hits(data, wide, bundles(rays[::16]), packets=True)[:, 3] == 0).all()
+
+
+def test_just_in_front_of_a_long_wall():
+    """Where t is too inexact to tell it from 0, the side of the plane still says that the wall is hit."""
+    b = Builder()
+    b.instance(b.mesh(box(half=(1, 1, 1000))), b.material(diffuse(0.5)))
+    data, wide = bytes_and_tree(ready(b.make()))
+    rng = np.random.default_rng(5)
+    x, below, z = rng.uniform(-0.999, 0.999, RAYS), rng.uniform(1e-4, 4e-3, RAYS), rng.uniform(-9, 9, RAYS)
+    origins = np.stack([x, 1 - below, z], axis=1)
+    rays = rays_at(origins + rng.uniform((-0.6, 0.4, -0.9), (0.6, 0.8, 0.9), (RAYS, 3)), origins).astype(np.float32)
+    found = hits(data, None, rays)
+    assert (found[:, 3] != numbers()["NONE"]).all()
+    assert (found[:, 0] == 0).any()  # else this shows nothing
+    for packets in (False, True):
+        assert (hits(data, wide, rays, packets=packets) == found).all()
+        assert (hits(data, wide, rays, any_hit=True, packets=packets)[:, 3] != numbers()["NONE"]).all()
