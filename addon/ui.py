@@ -126,6 +126,7 @@ class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
         column = self.layout.column(align=True)
         column.prop(layer.isophote, "albedo")
         column.prop(layer.isophote, "sample_count")
+        column.prop(layer.isophote, "invalid")
         column.prop(layer.isophote, "error")
 
 

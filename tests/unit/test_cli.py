@@ -32,7 +32,8 @@ def test_render_writes_an_exr_with_every_pass_and_prints_one_object(scene, tmp_p
     result = json.loads(outcome.stdout)
     assert result["samples"] == 20 and result["partial"] is False and result["error"] > 0
     image = read_image(tmp_path / "a.exr")
-    assert set(image.planes) == {"Combined", "Depth", "Normal", "Albedo", "Position", "Sample Count", "Error"}
+    assert set(image.planes) == {"Combined", "Depth", "Normal", "Albedo", "Position", "Sample Count",
+                                 "Invalid", "Error"}
     assert image.planes["Combined"].shape == (10, 12, 4) and not image.partial
     assert image.metadata["isophote:error"] == pytest.approx(result["error"], rel=1e-6)
     assert image.metadata["isophote:scene"] == tiny_scene().content_hash
