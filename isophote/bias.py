@@ -151,11 +151,12 @@ def measured_ledger(scene: Scene, settings: Settings, pairs: int, notes: list[di
             entries[name] = measured(name, getattr(settings, name), effect, paths=entries[name]["paths"])
         if len(acting) > 1:
             effect = effect_of(without(**dict.fromkeys(LIMITS, MOST_BOUNCES)))
-            entries["all_bounces"] = measured("all_bounces", max(getattr(settings, name) for name in LIMITS), effect)
+            entries["all_bounces"] = measured("all_bounces", settings.max_bounces, effect)
         if settings.precision == "fast":
             entries["precision"] = precision_measured(without(precision="strict"))
+    order = [*CLAMPS, *LIMITS, "all_bounces", "precision", "invalid_samples"]
     left_out = [made for made in ledger_of(whole, settings, notes) if made["switch"] == "left_out"]
-    return [*entries.values(), *left_out]
+    return [entries[name] for name in order if name in entries] + left_out
 
 
 def joined(films: list[Film]) -> Film:

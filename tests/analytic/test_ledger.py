@@ -1,11 +1,16 @@
 """The ledger adds up: the picture and what a setting took are the picture without the setting."""
 
+import json
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from isophote.bias import measured_ledger
+from isophote.cli import cli
 from isophote.film import LIMITS, load_film, merge
 from isophote.ledger import CLAMPS, ledger_lines, ledger_of
+from isophote.scene import save_scene
 from isophote.settings import Settings
 from isophote.statistics import LUMINANCE, weighted_sums
 from tests.parity.scenes import SCENES
@@ -120,3 +125,18 @@ def test_notes_of_the_scene_are_entries():
     left_out = [entry for entry in ledger_of(film, Settings(), notes) if entry["switch"] == "left_out"]
     assert [entry["setting"] for entry in left_out] == ["light 'Lamp': textures are not supported"]
     assert left_out[0]["removed"] is None
+
+
+def test_the_command_measures_it(tmp_path):
+    def run(*arguments):
+        return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+    save_scene(room(), tmp_path / "room.npz")
+    options = ("ledger", tmp_path / "room.npz", "--samples", 8, "--pairs", 3, "--diffuse-bounces", 1, "--threads", 1)
+    result = json.loads(run(*options, "--json").stdout)
+    assert (result["width"], result["samples"], result["pairs"]) == (16, 8, 3)
+    entry = next(entry for entry in result["ledger"] if entry["switch"] == "diffuse_bounces")
+    assert entry["setting"] == 1 and entry["status"] == "measured" and 0.2 < entry["removed"] < 0.9
+    told = run(*options).stdout
+    assert "measured   3 pairs of 16 x 16 pixels" in told and "The limit of 1 diffuse bounces ended" in told
+    assert run("ledger", tmp_path / "room.npz", "--pairs", 2).exit_code == 2

@@ -224,6 +224,17 @@ def test_explain_says_what_was_compiled_and_held(scene, tmp_path, monkeypatch):
     assert result["memory"]["scene"] == 2048 and result["samples_by_device"] == {"noise openmp": 1}
 
 
+def test_the_ledger_is_told_and_kept_with_the_picture(scene, tmp_path):
+    told = run("render", scene, "-o", tmp_path / "a.exr", "--samples", 2, "--clamp-indirect", 3)
+    assert "ledger     No setting took anything from the picture" in told.stdout
+    assert read_image(tmp_path / "a.exr").metadata["isophote:ledger"] == "No setting took anything from the picture"
+    told = run("render", scene, "-o", tmp_path / "a.exr", "--samples", 2, "--clamp-indirect", 3, "--explain")
+    assert "ledger     Clamping indirect light at 3 took nothing" in told.stdout
+    told = run("render", scene, "-o", tmp_path / "a.exr", "--samples", 2, "--clamp-direct", 1, "--json")
+    first = json.loads(told.stdout)["ledger"][0]
+    assert (first["switch"], first["setting"], first["status"], first["removed"]) == ("clamp_direct", 1.0, "none", 0.0)
+
+
 def test_compare(scene, tmp_path):
     for name, seed in (("a.exr", 0), ("b.exr", 0), ("c.exr", 1)):
         run("render", scene, "-o", tmp_path / name, "--samples", 8, "--seed", seed)
