@@ -9,9 +9,8 @@ otherwise at an edge make the difference noisy, so both need enough samples to b
 
 `bias` is the difference of the means (fast less strict) in per cent, `low` and `high` the ends of its interval;
 `tiles` the share of tiles whose interval lies within 0.5 %, `worst_tile` the largest end of one, in per cent,
-`tiles_beyond` the share of tiles whose interval lies outside; `rel_mse` the difference of a pair of pictures,
-`noise` that of two strict ones of half the samples with seeds of their own, over 4: what noise makes of a picture.
-Prints a row of JSON a scene.
+`tiles_beyond` the share of tiles whose interval lies outside; `rel_mse` how far the two pictures of a pair are apart,
+`noise` how far a strict picture is from the truth, from its replicates. Prints a row of JSON a scene.
 """
 
 from __future__ import annotations
