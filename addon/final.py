@@ -19,7 +19,7 @@ from isophote.passes import make_passes
 from isophote.scene import SceneError
 from isophote.session import Progress, Session
 
-from . import kept, log, native
+from . import kept, ledger, log, native
 from .compat import catch_interrupts, frame_border, interrupted
 from .export import export_scene
 from .export.changes import Changes
@@ -84,7 +84,9 @@ def render_layer(engine, depsgraph) -> None:
             finish = render_session(engine, worker, session, view_layer.name)
             if not engine.is_preview:
                 log.notes(session.notes, shown)
-                log.finished(session.result(), export_seconds)
+                result = session.result()
+                log.finished(result, export_seconds)
+                ledger.keep(blender_scene.name, result)
                 if kept.keep(*names, session):
                     engine.changes = changes
         if finish:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
+from isophote.ledger import ledger_lines
 from isophote.session import Progress
 
 NAMED = 3  # things that a grouped note names
@@ -68,6 +69,13 @@ def finished(result: dict, export_seconds: float) -> None:
         f"export {export_seconds:.2f} s, build {result['build_seconds']:.2f} s, "
         f"compile {result['compile_seconds']:.2f} s, render {result['render_seconds']:.2f} s, {strict}{stopped}"
     )
+    for sentence in ledger_lines(taken(result)):
+        line(f"ledger: {sentence}")
+
+
+def taken(result: dict) -> list[dict]:
+    """The ledger without what was left out: that has its notes."""
+    return [entry for entry in result["ledger"] if entry["switch"] != "left_out"]
 
 
 def stamp_fields(result: dict, layer: str, partial: bool) -> dict[str, str]:
@@ -86,6 +94,7 @@ def stamp_fields(result: dict, layer: str, partial: bool) -> dict[str, str]:
         "seed": str(result["seed"]),
         "scene": result["scene_hash"],
         "partial": "yes" if partial or result["why_stopped"] == "cancelled" else "no",
+        "ledger": "; ".join(ledger_lines(taken(result))),
         "left_out": "; ".join(note_lines(result["notes"])) or "nothing",
     }
     return {f"isophote.{layer}.{name}": value for name, value in fields.items()}

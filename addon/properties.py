@@ -96,6 +96,7 @@ class IsophoteViewLayerSettings(bpy.types.PropertyGroup):
 
     albedo: layer_pass("Albedo", "Colour of the surfaces")
     sample_count: layer_pass("Sample Count", "Samples of the pixel")
+    invalid: layer_pass("Invalid", "Samples of the pixel that were no numbers and count as black")
     error: layer_pass("Error", "One standard deviation of the pixel's statistical error")
 
 

@@ -12,7 +12,7 @@ from .export.camera import resolution_of
 
 # Passes that Blender switches on and off itself, by our name; the others are this add-on's.
 BUILTIN = {"depth": "use_pass_z", "normal": "use_pass_normal", "position": "use_pass_position"}
-OWN = ("albedo", "sample_count", "error")
+OWN = ("albedo", "sample_count", "invalid", "error")
 TYPES = {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
 FAILED_SQUARE = 16  # pixels

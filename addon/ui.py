@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import bpy
 
-from . import native
+from . import ledger, native
 from .compat import shadow_switch
 from .operators import ISOPHOTE_OT_copy_cycles_settings as CopyCycles
 from .operators import ISOPHOTE_OT_find_devices as FindDevices
@@ -91,6 +93,18 @@ class ISOPHOTE_PT_clamping(PanelBase, bpy.types.Panel):
         column.prop(own, "clamp_indirect")
 
 
+class ISOPHOTE_PT_ledger(PanelBase, bpy.types.Panel):
+    bl_label = "What Settings Cost"
+    bl_parent_id = "ISOPHOTE_PT_bounces"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column = self.layout.column(align=True)
+        for sentence in ledger.sentences(context.scene.name) or ["Rendering the scene will tell"]:
+            for part in textwrap.wrap(sentence, 60):
+                column.label(text=part)
+
+
 class ISOPHOTE_PT_film(PanelBase, bpy.types.Panel):
     bl_label = "Film"
 
@@ -126,6 +140,7 @@ class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
         column = self.layout.column(align=True)
         column.prop(layer.isophote, "albedo")
         column.prop(layer.isophote, "sample_count")
+        column.prop(layer.isophote, "invalid")
         column.prop(layer.isophote, "error")
 
 
@@ -176,6 +191,7 @@ CLASSES = (
     ISOPHOTE_PT_device,
     ISOPHOTE_PT_bounces,
     ISOPHOTE_PT_clamping,
+    ISOPHOTE_PT_ledger,
     ISOPHOTE_PT_film,
     ISOPHOTE_PT_performance,
     ISOPHOTE_PT_passes,

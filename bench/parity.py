@@ -22,7 +22,7 @@ import numpy as np
 from bench.common import print_row
 from isophote.device import DeviceError, open_device
 from isophote.film import Film, load_film, merge
-from isophote.passes import PASSES, make_passes, planes_for
+from isophote.passes import PASSES, film_planes, make_passes
 from isophote.prepare import Prepared, prepare
 from isophote.scene import Scene, load_scene, resized
 from isophote.schedule import BLOCK, WorkItem, split
@@ -42,7 +42,7 @@ def expose(device, film: Film, end: int, settings: Settings, step: int = BLOCK) 
         added = device.render(WorkItem(film.region, film.end, count), settings, film.open, lambda: False)
         if added != count:
             raise DeviceError(f"{device.name} gave {added} of {count} samples")
-        film.add_samples(count)
+        film.add_samples(count, device.limits)
     return film
 
 
@@ -52,14 +52,14 @@ def full_frame(scene: Scene) -> tuple[int, int, int, int]:
 
 def render_in_parts(device, region, settings: Settings, parts: int = 1, step: int = BLOCK) -> Film:
     """settings.samples in `parts` films, merged; the parts are rendered last to first, as other machines might."""
-    films = [expose(device, Film(region, planes_for(settings.passes), first), end, settings, step)
+    films = [expose(device, Film(region, film_planes(settings), first), end, settings, step)
              for first, end in reversed(split(settings.samples, parts))]
     return merge(films)
 
 
 def render_with_break(device, scene: Scene, settings: Settings, cut: int) -> Film:
     """As render_in_parts, but saved after `cut` samples and resumed from the file."""
-    film = expose(device, Film(full_frame(scene), planes_for(settings.passes)), cut, settings)
+    film = expose(device, Film(full_frame(scene), film_planes(settings)), cut, settings)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.npz"
         film.save(path, scene.content_hash, settings.fingerprint())

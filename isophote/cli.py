@@ -1,4 +1,4 @@
-"""The command line: render, export, info, devices, compare.
+"""The command line: render, ledger, export, info, devices, compare.
 
 Results go to stdout (one JSON object with --json), progress and messages to stderr. Exit status: 0
 done, 1 error, 2 wrong usage, 130 interrupted (what was rendered is written and marked as partial).
@@ -15,12 +15,15 @@ from pathlib import Path
 import click
 from rich.console import Console
 
+from isophote.bias import FEWEST_PAIRS
 from isophote.blender_process import BlenderError
 from isophote.compare import CompareError, compare
 from isophote.device import DeviceError, list_devices
-from isophote.film import FilmError
+from isophote.film import LIMITS, FilmError
 from isophote.images import ImageError, check_place, read_image
 from isophote.kernel_cache import describe_cache
+from isophote.ledger import CLAMPS, ledger_lines
+from isophote.ledger_command import PAIRS, SAMPLES, SIDE, Measurement, measure_job
 from isophote.memory import readable
 from isophote.render_command import (
     MOST_SAMPLES,
@@ -115,6 +118,24 @@ json_option = click.option("--json", is_flag=True, help="Print one JSON object."
 frame_option = click.option("--frame", type=int, help="Frame of the .blend file (default: its current one).")
 size_option = click.option("--size", type=Size(), help="Pixels (default: the scene's own).")
 blender_option = click.option("--blender", metavar="PROGRAM", help="Blender, or a Python with the bpy wheel.")
+device_option = click.option("--device", default=DEFAULTS.device, show_default=True, help="openmp, opencl or opencl:N.")
+threads_option = click.option("--threads", type=click.IntRange(min=0), default=DEFAULTS.threads,
+                              help="CPU threads (default: all).")
+precision_option = click.option("--precision", type=click.Choice(PRECISIONS), default=DEFAULTS.precision,
+                                show_default=True)
+seed_option = click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1),
+                           help="Seed (default: the file's, else 0).")
+
+
+def bias_options(command):
+    """Options of the settings that change the expected picture: bounce limits and clamps."""
+    for name in reversed(LIMITS):
+        command = click.option(f"--{name.replace('_', '-')}", type=click.IntRange(min=0),
+                               help=f"Default: the file's, else {getattr(DEFAULTS, name)}.")(command)
+    for name in reversed(CLAMPS):
+        command = click.option(f"--{name.replace('_', '-')}", type=click.FloatRange(min=0.0), metavar="BRIGHTNESS",
+                               help="Cut brighter light, 0: none (default: the file's, else none).")(command)
+    return command
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -132,12 +153,13 @@ def cli():
               help="Stop after this many seconds of rendering.")
 @click.option("--error", "error_target", type=Percent(), metavar="E%",
               help="Stop when 95 % of the pixels are within this of their brightness (docs/error.md).")
-@click.option("--device", default=DEFAULTS.device, show_default=True, help="openmp, opencl or opencl:N.")
+@device_option
 @click.option("--wait-for-kernels", is_flag=True, default=None,
               help="Do not let the CPU render while an OpenCL device compiles its kernels.")
-@click.option("--threads", type=click.IntRange(min=0), default=DEFAULTS.threads, help="CPU threads (default: all).")
-@click.option("--precision", type=click.Choice(PRECISIONS), default=DEFAULTS.precision, show_default=True)
-@click.option("--seed", type=click.IntRange(min=0, max=2**32 - 1), help="Seed (default: the file's, else 0).")
+@threads_option
+@precision_option
+@seed_option
+@bias_options
 @click.option("--passes", help="Comma-separated, or all (default: all for .exr, combined for .png).")
 @click.option("--explain", is_flag=True, help="Say what the kernels were compiled for and what memory was used.")
 @frame_option
@@ -179,6 +201,8 @@ def print_result(result: dict) -> None:
     if result["unsure"]:
         click.echo(f"unsure     {100 * result['unsure']:.1f} % of the picture, where light came in too few bright hits")
     click.echo(f"stopped    {STOPPED[result['why_stopped']]}")
+    for sentence in ledger_lines([one for one in result["ledger"] if one["switch"] != "left_out"]):
+        click.echo(f"ledger     {sentence}")
     for note in result["notes"]:
         click.echo(f"note       {note['name']}: {note['what']}")
 
@@ -190,7 +214,44 @@ def print_explanation(result: dict) -> None:
         click.echo(f"{label:<10} {', '.join(names) or 'nothing'}")
     if result["kernels_from"]:
         click.echo(f"kernels    from the {result['kernels_from']} in {result['compile_seconds']:.2f} s")
+    for sentence in ledger_lines(result["ledger"], all_entries=True):
+        click.echo(f"ledger     {sentence}")
     click.echo(f"memory     {', '.join(f'{name} {readable(size)}' for name, size in result['memory'].items())}")
+
+
+@cli.command()
+@click.argument("scene", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--samples", type=click.IntRange(min=1), default=SAMPLES, show_default=True, help="A pixel and render.")
+@click.option("--pairs", type=click.IntRange(min=FEWEST_PAIRS), default=PAIRS, show_default=True,
+              help="Renders with seeds of their own, as set and without each setting.")
+@device_option
+@threads_option
+@precision_option
+@seed_option
+@bias_options
+@frame_option
+@click.option("--size", type=Size(), help=f"Pixels (default: at most {SIDE} a side).")
+@blender_option
+@json_option
+@reported
+def ledger(scene, pairs, frame, size, blender, json, **options):
+    """Measure what the settings of FILE take from its picture: clamps, bounce limits, fast precision.
+
+    Pairs of renders with the same random numbers, as set and without each setting (docs/error.md).
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    try:
+        settings = Settings(**given)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    result = measure_job(Measurement(scene, settings, frozenset(given), pairs, frame, size, blender), stderr)
+    if json:
+        print_json(result)
+        return
+    click.echo(f"measured   {result['pairs']} pairs of {result['width']} x {result['height']} pixels, "
+               f"{result['samples']} samples each, {result['precision']}")
+    for sentence in ledger_lines(result["ledger"], all_entries=True):
+        click.echo(f"ledger     {sentence}")
 
 
 @cli.command()

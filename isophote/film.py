@@ -1,8 +1,10 @@
 """The film: sums of samples, and the one operation that progressive passes, devices, machines and resuming share.
 
 Sample i belongs to replicate i & 1. Planes, rows from the bottom: 0-3 RGBA of replicate 0, 4-7 RGBA
-of replicate 1; with AOVs also 8 depth, 9-11 normal, 12-14 albedo, 15-17 position. Depth and position
-come from sample 0 alone, as in Cycles: a mean of depths across an edge is no depth.
+of replicate 1, 8 how many samples were no numbers and count as 0; with AOVs also 9 depth, 10-12 normal,
+13-15 albedo, 16-18 position. Depth and position come from sample 0 alone, as in Cycles: a mean of depths across an
+edge is no depth. Where light is clamped four more: luminance cut off from direct and from indirect light of
+replicate 0, and of replicate 1.
 """
 
 from __future__ import annotations
@@ -18,9 +20,13 @@ import numpy as np
 from isophote.files import replacing
 from isophote.schedule import BLOCK, Region
 
-FORMAT = 1
-COMBINED_PLANES = 8
-AOV_PLANES = 18
+FORMAT = 2
+INVALID = 8  # the plane's number
+COMBINED_PLANES = 9
+AOV_PLANES = 19
+CUT_PLANES = 4
+CLAMPED = (COMBINED_PLANES + CUT_PLANES, AOV_PLANES + CUT_PLANES)
+LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
 
 
 class FilmError(ValueError):
@@ -79,21 +85,24 @@ class Film:
     """Sums of the samples [first, end) of a region's pixels.
 
     `open` is the float32 array (planes, h, w) into which a device adds the samples of the block under
-    way, in order; `add_samples` says how many came and closes the block when it is full.
+    way, in order; `add_samples` says how many came and closes the block when it is full. `limits` counts the
+    paths that each of LIMITS, the bounce limits, has ended, uint64.
     """
 
     def __init__(self, region: Region, planes: int, first: int = 0):
         x0, y0, x1, y1 = region
         if not (0 <= x0 < x1 and 0 <= y0 < y1):
             raise FilmError(f"region {tuple(region)} holds no pixels")
-        if planes not in (COMBINED_PLANES, AOV_PLANES):
-            raise FilmError(f"a film has {COMBINED_PLANES} or {AOV_PLANES} planes, not {planes}")
+        if planes - CUT_PLANES * (planes in CLAMPED) not in (COMBINED_PLANES, AOV_PLANES):
+            raise FilmError(f"a film has {COMBINED_PLANES} or {AOV_PLANES} planes, {CUT_PLANES} more where light is "
+                            f"clamped, not {planes}")
         if first < 0 or first % BLOCK:
             raise FilmError(f"a film begins at a block's border, a multiple of {BLOCK}, not at sample {first}")
         self.region = (int(x0), int(y0), int(x1), int(y1))
         self.first = self.end = first
         self.open = np.zeros((planes, y1 - y0, x1 - x0), np.float32)
         self.totals = [Total() for _ in range(planes)]
+        self.limits = np.zeros(len(LIMITS), np.uint64)
 
     @property
     def planes(self) -> int:
@@ -101,7 +110,18 @@ class Film:
 
     @property
     def has_aovs(self) -> bool:
-        return self.planes == AOV_PLANES
+        return self.planes >= AOV_PLANES
+
+    @property
+    def is_clamped(self) -> bool:
+        """Whether it has planes of what clamping cut off."""
+        return self.planes in CLAMPED
+
+    def cut(self, indirect: bool, replicate: int) -> np.ndarray:
+        """Sum of the luminance that clamping cut off from one replicate's direct or indirect light, as `sum`."""
+        if not self.is_clamped:
+            return np.zeros(self.shape)
+        return self.sum(self.planes - CUT_PLANES + 2 * replicate + indirect)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -124,11 +144,15 @@ class Film:
         """Samples in the open block; blocks begin at multiples of BLOCK."""
         return self.end % BLOCK
 
-    def add_samples(self, count: int) -> None:
-        """Note that `count` samples were added to `open`. Raises FilmError where they do not fit its block."""
+    def add_samples(self, count: int, limits: np.ndarray | int = 0) -> None:
+        """Note that `count` samples were added to `open`, of which the bounce limits ended `limits` paths (a device's).
+
+        Raises FilmError where they do not fit its block.
+        """
         if count < 0 or self.open_samples + count > BLOCK:
             raise FilmError(f"{count} samples after sample {self.end} cross the border of a block of {BLOCK}")
         self.end += count
+        self.limits += np.asarray(limits, np.uint64)
         if count and self.open_samples == 0:
             self.close_block()
 
@@ -154,7 +178,7 @@ class Film:
         `settings` is Settings.fingerprint(). The file appears whole or not at all. Raises OSError.
         """
         head = {"format": FORMAT, "region": self.region, "planes": self.planes, "first": self.first, "end": self.end,
-                "scene": scene_hash, "settings": settings}
+                "limits": self.limits.tolist(), "scene": scene_hash, "settings": settings}
         arrays = {"isophote_film": np.array(json.dumps(head)), "open": self.open}
         for plane, total in enumerate(self.totals):
             for half in ("hi", "lo"):
@@ -180,6 +204,7 @@ def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
             check_origin(path, head, scene_hash, settings)
             film = Film(tuple(head["region"]), head["planes"], head["first"])
             film.end = head["end"]
+            film.limits[:] = head["limits"]
             film.open = loaded(path, data, "open", np.float32, film.open.shape)
             for plane, total in enumerate(film.totals):
                 for half in ("hi", "lo"):
@@ -236,6 +261,7 @@ def merge(films: Iterable[Film]) -> Film:
     merged = Film(head.region, head.planes, head.first)
     merged.end = parts[-1].end
     merged.open[:] = parts[-1].open
+    merged.limits[:] = sum(film.limits for film in parts)
     for plane, total in enumerate(merged.totals):
         for film in parts:
             if film.totals[plane].hi is not None:

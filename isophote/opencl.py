@@ -15,11 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from isophote.device import DeviceError, DeviceInfo
+from isophote.film import LIMITS
 from isophote.kernel_build import KernelBuild, build_key
 from isophote.kernel_cache import open_cache
 from isophote.memory import BUFFER, DEVICE, check_device_memory, lowered
 from isophote.params import make_params
-from isophote.passes import planes_for
+from isophote.passes import film_planes
 from isophote.prepare import Prepared
 from isophote.records import header_path, numbers, scene_buffers
 from isophote.schedule import WorkItem
@@ -82,7 +83,7 @@ def is_strict(device) -> bool | str:
 def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     """Compiler options: the scene's features, and what keeps the bits in strict mode."""
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
-               f"-DCLOSURES_USED={prepared.operations}u"]
+               f"-DCLOSURES_USED={prepared.operations}u", f"-DCLAMPS={int(settings.clamps)}"]
     if settings.precision == "fast":
         return [*options, "-DISOPHOTE_FAST"]
     if is_strict(device) is True:
@@ -128,6 +129,7 @@ class OpenCLDevice:
         self.total_memory = lowered(self.device.global_mem_size, DEVICE)
         self.largest_buffer = lowered(min(self.device.max_mem_alloc_size, self.total_memory), BUFFER)
         self.memory: dict[str, int] = {}
+        self.limits = np.zeros(len(LIMITS), np.uint64)
         self.scene: dict = {}  # buffers by name, in the order of kernels/scene_buffers.h
         self.arrays: dict[str, np.ndarray] = {}  # what was copied into them and others hold anyway
         self.geometry = None
@@ -149,8 +151,8 @@ class OpenCLDevice:
     def check_room(self, prepared: Prepared) -> None:
         """Raises SceneTooLarge where the scene, its film and the fewest paths do not fit."""
         x0, y0, x1, y1 = self.settings.region or (0, 0, *prepared.resolution)
-        planes = planes_for(self.settings.passes)
-        columns = path_columns(planes > numbers()["PLANES_COMBINED"])
+        planes = film_planes(self.settings)
+        columns = path_columns(self.has_aovs(planes), self.settings.clamps)
         paths = min(FEWEST_PATHS, (x1 - x0) * (y1 - y0))
         check_device_memory(self.name, prepared.traced_sizes() | {"film": 4 * planes * (x1 - x0) * (y1 - y0),
                                                 "paths": 4 * sum(columns.values()) * paths},
@@ -205,11 +207,16 @@ class OpenCLDevice:
     def warm_up(self) -> None:
         """Render one sample of one pixel: PoCL compiles a kernel when it first runs, others load it then."""
         settings = replace(self.settings, passes=("combined",))
-        self.render(WorkItem((0, 0, 1, 1), 0, 1), settings, np.zeros((planes_for(settings.passes), 1, 1), np.float32),
+        self.render(WorkItem((0, 0, 1, 1), 0, 1), settings, np.zeros((film_planes(settings), 1, 1), np.float32),
                     lambda: False)
 
     def note(self, what: str) -> None:
         self.notes.append({"kind": "device", "name": self.name, "what": what})
+
+    @staticmethod
+    def has_aovs(planes: int) -> bool:
+        """Whether a film of so many planes has those of further passes."""
+        return planes >= numbers()["PLANES_ALL"]
 
     def reserve(self, paths: int, aovs: bool) -> None:
         """Make room for the state of so many paths."""
@@ -217,12 +224,12 @@ class OpenCLDevice:
             return
         self.wavefront = None
         self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, [*self.scene.values()], paths,
-                                      aovs)
-        self.memory["paths"] = 4 * sum(path_columns(aovs).values()) * paths
+                                      aovs, self.settings.clamps)
+        self.memory["paths"] = 4 * sum(path_columns(aovs, self.settings.clamps).values()) * paths
 
     def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:
         """Paths in flight: as many as the device has use and memory for, whole pixels, at least one."""
-        columns = path_columns(aovs)
+        columns = path_columns(aovs, self.settings.clamps)
         room = self.total_memory - self.memory["scene"] - film_bytes
         fitting = min(PATHS_SHARE * room / sum(columns.values()), self.largest_buffer / max(columns.values())) // 4
         gpu = bool(self.device.type & self.cl.device_type.GPU)
@@ -232,8 +239,10 @@ class OpenCLDevice:
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled or the device failed."""
-        params = make_params(item, settings)
-        aovs = sums.shape[0] > numbers()["PLANES_COMBINED"]
+        if settings.clamps != self.settings.clamps:
+            raise DeviceError(f"opencl: {self.name} holds kernels for settings "
+                              f"{'that clamp' if self.settings.clamps else 'that do not clamp'} light")
+        params, aovs = make_params(item, settings, len(sums)), self.has_aovs(len(sums))
         self.memory["film"] = sums.nbytes
         paths = self.paths_at_once(item, sums.nbytes, aovs)
         self.reserve(paths, aovs)
@@ -242,6 +251,8 @@ class OpenCLDevice:
         x0, y0, x1, y1 = item.region
         pixels = (x1 - x0) * (y1 - y0)
         at_once = paths // item.samples
+        limits = np.zeros((3, len(LIMITS)), np.uint32)  # of a pass, and the two halves of their sum
+        self.calling(self.cl.enqueue_copy, self.queue, self.wavefront.limits, limits)
         bounces = settings.max_bounces + settings.transparent_bounces + 3
         for first in range(0, pixels, at_once):
             if not self.calling(self.wavefront.trace, params_buffer, film, first, min(at_once, pixels - first),
@@ -249,7 +260,9 @@ class OpenCLDevice:
                 return 0
         made = np.empty_like(sums)
         self.calling(self.cl.enqueue_copy, self.queue, made, film)
+        self.calling(self.cl.enqueue_copy, self.queue, limits, self.wavefront.limits)
         sums[:] = made
+        self.limits = limits[1] + (limits[2].astype(np.uint64) << np.uint64(32))
         return item.samples
 
     def leave(self) -> OpenCLDevice:

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 import numpy as np
 
 from isophote.device import DeviceError
+from isophote.film import LIMITS
 from isophote.geometry import plain
 from isophote.params import make_params
 from isophote.prepare import Prepared
@@ -47,6 +48,7 @@ class OpenMPDevice:
         self.buffers: list[np.ndarray] = []
         self.tree = None
         self.rays = np.zeros(2, np.uint64)  # paths' rays and shadow rays traced so far
+        self.limits = np.zeros(len(LIMITS), np.uint64)
         # One thread for all items: to OpenMP a new caller is a new team of threads.
         self.worker = ThreadPoolExecutor(1, "isophote-openmp")
 
@@ -67,10 +69,11 @@ class OpenMPDevice:
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled."""
-        params = make_params(item, settings)
-        made, rays, flag = sums.copy(), np.zeros(2, np.uint64), np.zeros(1, np.int32)
+        params = make_params(item, settings, len(sums))
+        made, flag = sums.copy(), np.zeros(1, np.int32)
+        rays, limits = np.zeros_like(self.rays), np.zeros_like(self.limits)
         work = self.worker.submit(self.native.render, self.variant, self.buffers, self.tree, params, self.threads, made,
-                                  rays, flag)
+                                  rays, limits, flag)
         while not wait([work], POLL_SECONDS).done:
             if cancelled():
                 flag[0] = 1
@@ -81,6 +84,7 @@ class OpenMPDevice:
             raise DeviceError("openmp: out of memory while rendering") from error
         sums[:] = made
         self.rays += rays
+        self.limits = limits
         return item.samples
 
     def leave(self) -> None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError
+from isophote.film import AOV_PLANES, COMBINED_PLANES, CUT_PLANES, INVALID, Film, FilmError
+from isophote.settings import Settings
 from isophote.statistics import pixel_error
 
 
@@ -35,6 +36,11 @@ def first_sample_planes(first: int, count: int) -> Callable[[Film], np.ndarray]:
     return planes
 
 
+def invalid(film: Film) -> np.ndarray:
+    """How many of the pixel's samples were NaN, infinite or too large for float32, and count as 0."""
+    return film.sum(INVALID).astype(np.float32)[..., None]
+
+
 def sample_count(film: Film) -> np.ndarray:
     return np.full((*film.shape, 1), film.samples, np.float32)
 
@@ -57,11 +63,12 @@ PASSES: dict[str, Pass] = {
     entry.name: entry
     for entry in (
         Pass("combined", "Combined", "RGBA", False, combined),
-        Pass("depth", "Depth", "Z", True, first_sample_planes(8, 1)),
-        Pass("normal", "Normal", "XYZ", True, mean_planes(9, 3)),
-        Pass("albedo", "Albedo", "RGB", True, mean_planes(12, 3)),
-        Pass("position", "Position", "XYZ", True, first_sample_planes(15, 3)),
+        Pass("depth", "Depth", "Z", True, first_sample_planes(9, 1)),
+        Pass("normal", "Normal", "XYZ", True, mean_planes(10, 3)),
+        Pass("albedo", "Albedo", "RGB", True, mean_planes(13, 3)),
+        Pass("position", "Position", "XYZ", True, first_sample_planes(16, 3)),
         Pass("sample_count", "Sample Count", "X", False, sample_count),
+        Pass("invalid", "Invalid", "X", False, invalid),
         Pass("error", "Error", "RGB", False, pixel_error),  # one standard deviation of the pixel's mean
     )
 }
@@ -76,9 +83,15 @@ def check_passes(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in PASSES if name in names)
 
 
-def planes_for(names: Iterable[str]) -> int:
-    """Planes that a film needs for these passes."""
-    return AOV_PLANES if any(PASSES[name].needs_aovs for name in names) else COMBINED_PLANES
+def planes_for(names: Iterable[str], clamps: bool = False) -> int:
+    """Planes that a film needs for these passes, and where light is clamped."""
+    planes = AOV_PLANES if any(PASSES[name].needs_aovs for name in names) else COMBINED_PLANES
+    return planes + CUT_PLANES * clamps
+
+
+def film_planes(settings: Settings) -> int:
+    """Planes of a film of these settings."""
+    return planes_for(settings.passes, settings.clamps)
 
 
 def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:

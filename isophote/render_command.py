@@ -19,6 +19,7 @@ from isophote.blender_process import export_blend
 from isophote.device import DeviceError, open_device
 from isophote.film import Film
 from isophote.images import ImageError, check_writable, write_image
+from isophote.ledger import ledger_lines
 from isophote.passes import PASSES, check_passes, make_passes
 from isophote.scene import Scene, SceneError, load_scene, resized
 from isophote.session import Progress, Session
@@ -148,6 +149,7 @@ def write_picture(job: Job, film: Film, result: dict, partial: bool) -> None:
     for name in ("error", "error_95", "error_target", "unsure", "why_stopped"):
         if result[name]:
             metadata[f"isophote:{name}"] = result[name]
+    metadata["isophote:ledger"] = "; ".join(ledger_lines(result["ledger"]))
     planes = make_passes(film, job.settings.passes)
     try:
         write_image(job.output, planes, metadata)

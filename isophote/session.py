@@ -13,8 +13,9 @@ from isophote.confidence import Claim, claim_of, samples_for
 from isophote.device import Device, DeviceError, SceneTooLarge, open_device
 from isophote.film import Film, FilmError
 from isophote.handover import with_cpu_meanwhile
+from isophote.ledger import ledger_of
 from isophote.memory import check_host_memory
-from isophote.passes import check_passes, planes_for
+from isophote.passes import check_passes, film_planes
 from isophote.records import feature_names
 from isophote.scene import Scene, SceneError
 from isophote.schedule import Region, WorkItem, choose_step, is_decision, next_decision, next_samples
@@ -82,9 +83,10 @@ class Session:
         if errors:
             raise SceneError("; ".join(errors))
         self.region = checked_region(scene, settings)
-        planes = planes_for(check_passes(settings.passes))
+        check_passes(settings.passes)
+        planes = film_planes(settings)
         self.film = film or Film(self.region, planes)
-        if self.film.region != self.region or self.film.planes < planes:
+        if self.film.region != self.region or self.film.planes < planes or self.film.is_clamped != settings.clamps:
             raise FilmError(f"the film is of region {self.film.region} with {self.film.planes} planes; "
                             f"the render needs {self.region} with {planes}")
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
@@ -207,7 +209,7 @@ class Session:
             drawn = self._samples_by_device
             drawn[self.device.name] = drawn.get(self.device.name, 0) + added
         self._own_samples += added
-        film.add_samples(added)
+        film.add_samples(added, self.device.limits)
         self.hash_scene()
 
     def fall_back(self, error: DeviceError) -> None:
@@ -288,6 +290,7 @@ class Session:
             "strict": self.device.strict if precision == "strict" else f"precision is {precision}",
             "seed": self.settings.seed,
             "scene_hash": self.scene_hash,
+            "ledger": ledger_of(self.film, self.settings, self.notes) if self.film.samples else [],
             "notes": self.notes,
         }
 

@@ -47,6 +47,11 @@ class Settings:
         if self.samples < 1:
             raise ValueError("samples is 0: at least 1 is needed")
 
+    @property
+    def clamps(self) -> bool:
+        """Whether light is clamped: the film then has planes of what was cut off."""
+        return self.clamp_direct > 0.0 or self.clamp_indirect > 0.0
+
     def fingerprint(self) -> dict:
         """The settings on which the value of a sample depends, by name: films that differ here do not merge."""
         return {name: value for name, value in asdict(self).items() if name not in NOT_OF_THE_SAMPLES}

@@ -27,10 +27,11 @@ TRACE_GROUP, RAYS_EACH, GROUPS_EACH_UNIT = 128, 8, 8
 BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bounce has left
 
 
-def path_columns(aovs: bool) -> dict[str, int]:
+def path_columns(aovs: bool, clamps: bool = False) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer."""
     n = numbers()
-    return COLUMNS | {"aovs": n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1}
+    cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if clamps else {}
+    return COLUMNS | cut | {"aovs": n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1}
 
 
 def shade_group(device, cl) -> int:
@@ -45,11 +46,12 @@ class Wavefront:
     those of pyopencl.
     """
 
-    def __init__(self, cl, queue, program, scene: list, paths: int, aovs: bool):
+    def __init__(self, cl, queue, program, scene: list, paths: int, aovs: bool, clamps: bool = False):
         self.cl, self.queue, self.paths, self.aovs = cl, queue, paths, aovs
         context, flags = queue.context, cl.mem_flags
         self.buffers = {name: cl.Buffer(context, flags.READ_WRITE, 4 * columns * paths)
-                        for name, columns in path_columns(aovs).items()}
+                        for name, columns in path_columns(aovs, clamps).items()}
+        self.limits = cl.Buffer(context, flags.READ_WRITE, 3 * 4 * numbers()["LIMITS"])
         lengths = 2 * MOST_BOUNCES + 2
         self.counts = cl.Buffer(context, flags.READ_WRITE, 4 * lengths)
         # Pinned: reading into other memory makes some drivers wait for the device.
@@ -64,7 +66,7 @@ class Wavefront:
             self.rays_each = RAYS_EACH
         b, stride = self.buffers, np.uint32(paths)
         path, hit = (b["reals"], b["uints"], stride), (b["hit_reals"], b["hit_uints"])
-        light, result = (b["light_reals"], b["light_uints"]), (b["results"], b["aovs"])
+        light, result = (b["light_reals"], b["light_uints"]), (b["results"], b["aovs"], self.limits)
         # The queues change places with every bounce: kernels that use them exist twice. None: set for each launch.
         self.kernels = {("generate", 0): (*scene, None, *path, *result, b["queue"], self.counts,
                                         np.uint32(lengths), None, None)}
@@ -74,7 +76,8 @@ class Wavefront:
                 ("shade", parity): (*scene, None, *path, *hit, *light, *result, b[now], b[following],
                                     b["light_queue"], self.counts, None)}
         self.kernels |= {
-            ("connect", 0): (*scene, None, stride, *light, b["results"], b["light_queue"], self.counts, None),
+            ("connect", 0): (*scene, None, stride, *light, b["results"], self.limits, b["light_queue"], self.counts,
+                               None),
             ("accumulate", 0): (None, stride, *result, None, None, None)}
         for (name, parity), arguments in self.kernels.items():
             kernel = cl.Kernel(program, name)

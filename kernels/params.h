@@ -20,6 +20,7 @@
   X(float, filter_width) /* pixels */                                                          \
   X(float, clamp_direct) /* sum of the three channels above which light is scaled; 0: off */   \
   X(float, clamp_indirect)                                                                     \
+  X(int, cut_plane) /* the film's first plane of what clamping cuts off; 0: nothing is clamped */ \
   X(int, film_transparent)                                                                     \
   X(int, aovs) /* 1: planes beyond combined are wanted */
 
@@ -31,12 +32,16 @@ typedef struct {
 
 /* Planes of the film's sums, in the order of isophote/film.py. */
 #define PLANE_COMBINED 0 /* red, green, blue, alpha of replicate 0, then of replicate 1 */
-#define PLANE_DEPTH 8
-#define PLANE_NORMAL 9
-#define PLANE_ALBEDO 12
-#define PLANE_POSITION 15
-#define PLANES_COMBINED 8
-#define PLANES_ALL 18
+#define PLANE_INVALID 8  /* how many samples were no numbers and count as 0 */
+#define PLANE_DEPTH 9
+#define PLANE_NORMAL 10
+#define PLANE_ALBEDO 13
+#define PLANE_POSITION 16
+#define PLANES_COMBINED 9
+#define PLANES_ALL 19
+/* Behind them where light is clamped: luminance cut from direct and from indirect light of replicate 0, then of 1. */
+#define PLANES_CUT 4
+#define LIMITS 5 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, transparent */
 #define DEPTH_NOTHING REAL(1e10) /* as Cycles writes where the camera sees nothing */
 
 #endif

@@ -33,13 +33,36 @@ FN Path generate_path(Scene s, Params params, int column, int row, uint sample, 
 
 /* ------------------------------------------------------------------- shade */
 
+/* OpenCL programs are compiled for settings that clamp light, or for those that do not. */
+#ifndef CLAMPS
+#define CLAMPS 1
+#endif
+
+/* Light for a path's pixel, and what clamping has taken from it, for the ledger. */
+typedef struct {
+  real3 light;
+  real cut; /* what was cut off, in parts of what is left */
+  int indirect;
+} Brought;
+
 /* Cycles' clamp: light whose channels add up to more than the limit is scaled down. Off where 0. */
-FN real3 clamp_light(Params params, real3 light, int bounce) {
-  real limit = to_real(bounce > 0 ? params.clamp_indirect : params.clamp_direct);
-  real sum = fabs(light.x) + fabs(light.y) + fabs(light.z);
-  real scale = ((limit > REAL(0.0)) & (sum > limit)) ? limit / sum : REAL(1.0);
-  return light * scale;
+FN Brought clamp_light(Params params, real3 light, int bounce) {
+  Brought b;
+  b.light = light;
+  b.cut = REAL(0.0);
+  b.indirect = bounce > 0;
+  if (CLAMPS && params.cut_plane) {
+    real limit = to_real(bounce > 0 ? params.clamp_indirect : params.clamp_direct);
+    real sum = fabs(light.x) + fabs(light.y) + fabs(light.z);
+    int over = (limit > REAL(0.0)) & (sum > limit);
+    b.light = light * (over ? limit / sum : REAL(1.0));
+    b.cut = over ? sum / limit - REAL(1.0) : REAL(0.0);
+  }
+  return b;
 }
+
+/* Luminance cut off: with the picture's own it is that of the picture without clamping. */
+FN real cut_luminance(Brought b) { return luminance(b.light) * b.cut; }
 
 /* What the path's last vertex knew when it chose a light. */
 FN Receiver path_receiver(Path p) {
@@ -49,17 +72,17 @@ FN Receiver path_receiver(Path p) {
 FN LightHit find_lamp(Light l, Path p, Hit h) { return hit_lamp(l, path_ray(p), h.t, h.instance == NONE); }
 
 /* Light that reaches the path's ray from lamp l, which find_lamp has found. */
-FN real3 see_lamp(Scene s, Params params, Light l, Path p, LightHit seen) {
+FN Brought see_lamp(Scene s, Params params, Light l, Path p, LightHit seen) {
   real weight = REAL(1.0);
   if (p.pdf > REAL(0.0)) weight = mis_weight(p.pdf, seen.pdf * light_chance(s, l, path_receiver(p)));
   return clamp_light(params, path_throughput(p) * seen.radiance * weight, path_bounce(p) - 1);
 }
 
 /* Light from the world where nothing is hit; transparent film leaves it to the compositor. */
-FN real3 see_world(Scene s, Params params, Path p) {
+FN Brought see_world(Scene s, Params params, Path p) {
   real3 light = path_throughput(p) * load3(s.world[0].radiance);
   int hidden = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
-  return select3(hidden, zero3(), clamp_light(params, light, path_bounce(p) - 1));
+  return clamp_light(params, select3(hidden, zero3(), light), path_bounce(p) - 1);
 }
 
 /* What a path that leaves the scene takes away from the pixel's alpha. */
@@ -69,7 +92,7 @@ FN real lost_alpha(Params params, Path p) {
 }
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */
-FN real3 see_emission(Scene s, Params params, Material m, Path p, Hit h) {
+FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h) {
   int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);
   real light_pdf = REAL(0.0);
   if (compete) light_pdf = emission_pdf(s, h, path_receiver(p), make_real3(p.dx, p.dy, p.dz));
@@ -90,7 +113,7 @@ FN uint receiver_normal(Surface at, uint material_flags) {
 /* A ray towards a light and what it brings if nothing stands in between. */
 typedef struct {
   Ray ray;
-  real3 light;
+  Brought brought;
   int passed; /* path_passed: shadow rays count on from there */
 } Connection;
 
@@ -110,10 +133,19 @@ FN Connection connect_light(Params params, Surface at, LightSample light, BsdfVa
   real weight = light.can_be_hit ? mis_weight(light.pdf, value.pdf) : REAL(1.0);
   real3 brought = path_throughput(p) * value.f * light.radiance * (weight / light.pdf);
   int useful = (light.pdf > REAL(0.0)) & (value.pdf > REAL(0.0));
-  c.light = select3(useful, clamp_light(params, brought, path_bounce(p)), zero3());
+  c.brought = clamp_light(params, select3(useful, brought, zero3()), path_bounce(p));
   c.passed = path_passed(p);
   c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive);
   return c;
+}
+
+/* Whether paths have reached the bounce limits: bit k for the k-th of LIMITS. */
+FN uint reached_limits(Params params, uint bounces, uint passed) {
+  return uint_of(int_of(bounces & 255u) >= params.max_bounces) |
+         uint_of(int_of((bounces >> 8) & 255u) >= params.diffuse_bounces) << 1 |
+         uint_of(int_of((bounces >> 16) & 255u) >= params.glossy_bounces) << 2 |
+         uint_of(int_of(bounces >> 24) >= params.transmission_bounces) << 3 |
+         uint_of(int_of(passed) >= params.transparent_bounces) << 4;
 }
 
 typedef struct {
@@ -138,9 +170,7 @@ FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p
   uint count = 1u + (reflect ? (diffuse ? 0x100u : 0x10000u) : 0x1000000u);
   uint bounces = transparent ? p.bounces : p.bounces + count;
   uint passed = ((p.status >> 8) & 255u) + (transparent ? 1u : 0u);
-  int last = (int_of(bounces & 255u) >= params.max_bounces) | (int_of((bounces >> 8) & 255u) >= params.diffuse_bounces) |
-             (int_of((bounces >> 16) & 255u) >= params.glossy_bounces) |
-             (int_of(bounces >> 24) >= params.transmission_bounces) | (int_of(passed) >= params.transparent_bounces);
+  int last = reached_limits(params, bounces, passed) != 0u;
 
   /* Roulette in proportion to the throughput, so that those who survive weigh alike; twice as many as that
    * alone would leave, by measurement (docs/study-sampling.md). */
@@ -183,6 +213,13 @@ FN Scattered pass_transparent(Params params, Material m, Path p, Hit h) {
   r.path.after_primitive = h.primitive;
   r.path.status = (p.status & ~0xff00u) | (passed << 8);
   return r;
+}
+
+/* The limits, as of reached_limits, for which a path past its last bounce does not scatter at a surface that it hits;
+ * 0 where no path would. */
+FN uint ending_limits(Params params, Material m, Path p) {
+  uint passed = uint_of(path_passed(p)) + ((m.flags & MATERIAL_TRANSPARENT) ? 1u : 0u);
+  return m.count ? reached_limits(params, p.bounces, passed) : 0u;
 }
 
 /* -------------------------------------------------------------- other passes */
@@ -239,6 +276,7 @@ typedef struct {
   real3 kept; /* the part of the light that they let through */
   int passed; /* how many there were, with those of the path */
   int going;
+  int limited; /* only the limit has stopped it */
 } Shadow;
 
 FN Shadow make_shadow(Ray ray, int passed) {
@@ -247,6 +285,7 @@ FN Shadow make_shadow(Ray ray, int passed) {
   d.kept = splat3(REAL(1.0));
   d.passed = passed;
   d.going = 1;
+  d.limited = 0;
   return d;
 }
 
@@ -257,7 +296,9 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
   if (h.instance == NONE) return d;
   Surface at = make_surface(s, d.ray, h, features);
   Material m = s.materials[at.material];
-  d.going = (d.passed + 1 < params.transparent_bounces) & ((m.flags & MATERIAL_TRANSPARENT) != 0u);
+  int transparent = (m.flags & MATERIAL_TRANSPARENT) != 0u;
+  d.going = transparent & (d.passed + 1 < params.transparent_bounces);
+  d.limited = transparent & !d.going;
   d.kept = d.going ? d.kept * load3(m.transparency) : zero3();
   d.passed++;
   d.ray.t_min = h.t;
@@ -266,15 +307,27 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
   return d;
 }
 
-/* The part of the light that arrives: 0 or 1, or in scenes with transparent surfaces their product. */
-FN real3 trace_connection(Scene s, Params params, Ray ray, int passed, uint features) {
+/* A shadow ray's whole way: in scenes without transparent surfaces all of the light arrives or none. */
+FN Shadow trace_connection(Scene s, Params params, Ray ray, int passed, uint features) {
+  Shadow d = make_shadow(ray, passed);
   if (!(features & FEATURE_TRANSPARENT)) {
     Hit h = trace(s, ray, 1);
-    return select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
+    d.kept = select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
+    return d;
   }
-  Shadow d = make_shadow(ray, passed);
   while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features);
-  return d.kept;
+  return d;
 }
+
+FN Brought behind_shadow(Brought b, Shadow d) {
+  b.light = b.light * d.kept;
+  return b;
+}
+
+/* -------------------------------------------------------------- accumulate */
+
+/* Whether a sample's value may be added to the film: a number, and so small that a block of 64 stays one in float32.
+ * Looks at the exponent, which no compiler that takes all numbers for finite can do without. */
+FN int is_addable(real x) { return (bits_of_float(to_float(x)) & 0x7f800000u) < 0x7b800000u; }
 
 #endif

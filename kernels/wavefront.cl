@@ -3,7 +3,8 @@
  * Paths lie in structures of arrays, a column a path; queues hold the columns of those that live.
  * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
  * stay on the device. A launch has at least as many work-items as its queue is long.
- * The host defines SCENE_FEATURES and CLOSURES_USED, so that what the scene lacks is not compiled. */
+ * The host defines SCENE_FEATURES, CLOSURES_USED and CLAMPS, so that what the scene lacks is not compiled.
+ * limits[k] counts the paths of a pass that the k-th bounce limit has ended, behind them are the 64-bit sums of passes. */
 #include "stages.h"
 
 #define SCENE_PARAMETERS \
@@ -17,7 +18,7 @@
 #define PATH_PARAMETERS GLOBAL real *reals, GLOBAL uint *uints, uint stride
 #define HIT_PARAMETERS GLOBAL real *hit_reals, GLOBAL uint *hit_uints
 #define LIGHT_PARAMETERS GLOBAL real *light_reals, GLOBAL uint *light_uints
-#define RESULT_PARAMETERS GLOBAL real *results, GLOBAL real *aovs
+#define RESULT_PARAMETERS GLOBAL real *results, GLOBAL real *aovs, GLOBAL uint *limits
 #define QUEUE_PARAMETERS GLOBAL const uint *queue, GLOBAL uint *next_queue, GLOBAL uint *light_queue, GLOBAL uint *counts
 
 FN void store_hit(HIT_PARAMETERS, uint stride, uint i, Hit h) {
@@ -46,12 +47,13 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   light_reals[4u * stride + i] = c.ray.direction.y;
   light_reals[5u * stride + i] = c.ray.direction.z;
   light_reals[6u * stride + i] = c.ray.t_max;
-  light_reals[7u * stride + i] = c.light.x;
-  light_reals[8u * stride + i] = c.light.y;
-  light_reals[9u * stride + i] = c.light.z;
+  light_reals[7u * stride + i] = c.brought.light.x;
+  light_reals[8u * stride + i] = c.brought.light.y;
+  light_reals[9u * stride + i] = c.brought.light.z;
+  if (CLAMPS) light_reals[10u * stride + i] = c.brought.cut;
   light_uints[i] = c.ray.skip_instance;
   light_uints[stride + i] = c.ray.skip_primitive;
-  light_uints[2u * stride + i] = uint_of(c.passed);
+  light_uints[2u * stride + i] = uint_of(c.passed) | uint_of(c.brought.indirect) << 16;
 }
 
 FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
@@ -59,15 +61,24 @@ FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
   c.ray = shadow_ray(make_real3(light_reals[i], light_reals[stride + i], light_reals[2u * stride + i]),
                      make_real3(light_reals[3u * stride + i], light_reals[4u * stride + i], light_reals[5u * stride + i]),
                      light_reals[6u * stride + i], light_uints[i], light_uints[stride + i]);
-  c.light = make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
-  c.passed = int_of(light_uints[2u * stride + i]);
+  c.brought.light =
+      make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
+  c.brought.cut = CLAMPS ? light_reals[10u * stride + i] : REAL(0.0);
+  c.brought.indirect = int_of(light_uints[2u * stride + i] >> 16);
+  c.passed = int_of(light_uints[2u * stride + i] & 0xffffu);
   return c;
 }
 
-FN void add_result(GLOBAL real *results, uint stride, uint slot, real3 light) {
-  results[slot] += light.x;
-  results[stride + slot] += light.y;
-  results[2u * stride + slot] += light.z;
+FN void add_result(GLOBAL real *results, uint stride, uint slot, Brought b) {
+  results[slot] += b.light.x;
+  results[stride + slot] += b.light.y;
+  results[2u * stride + slot] += b.light.z;
+  if (CLAMPS) results[(4u + uint_of(b.indirect)) * stride + slot] += cut_luminance(b);
+}
+
+FN void count_limits(GLOBAL uint *limits, uint reached) {
+  for (uint k = 0u; k < LIMITS; k++)
+    if (reached >> k & 1u) atomic_inc(&limits[k]);
 }
 
 /* Number `slot` of a pass: samples of the pixels from first_pixel on, those of one pixel side by side. */
@@ -80,6 +91,10 @@ FN Path start_path(Scene s, Params params, GLOBAL real *results, GLOBAL real *ao
   results[stride + slot] = REAL(0.0);
   results[2u * stride + slot] = REAL(0.0);
   results[3u * stride + slot] = REAL(1.0);
+  if (CLAMPS) {
+    results[4u * stride + slot] = REAL(0.0);
+    results[5u * stride + slot] = REAL(0.0);
+  }
   if (params.aovs) {
     Aovs a = no_aovs();
 #define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + slot] = value;
@@ -166,7 +181,7 @@ typedef struct {
   int alive, connected;
 } Shaded;
 
-FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results, GLOBAL real *aovs, uint stride) {
+FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, uint stride) {
   Shaded r;
   r.path = p;
   r.alive = 0;
@@ -193,6 +208,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   }
   if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h));
   if (p.status & PATH_LAST_HIT) {
+    count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h);
     r.path = passed.path;
     r.alive = passed.alive;
@@ -242,7 +258,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, GLOBAL real *results
   }
   if (lit) {
     r.connection = connect_light(params, at, light, of_light, p);
-    r.connected = !is_dark(r.connection.light);
+    r.connected = !is_dark(r.connection.brought.light);
   }
   Scattered next = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, value,
                                 sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
@@ -270,7 +286,7 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   if (k < counts[2u * bounce]) {
     i = queue[k];
     Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
-                          results, aovs, stride);
+                          results, aovs, limits, stride);
     lives = r.alive;
     connects = r.connected;
     if (lives) {
@@ -293,7 +309,7 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   if (connects) light_queue[first_connected + at_connected] = i;
 }
 
-__kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL real *results,
+__kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL real *results, GLOBAL uint *limits,
                       GLOBAL const uint *light_queue, GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
   __local uint next;
@@ -309,7 +325,9 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
       i = light_queue[k];
       c = load_connection(light_reals, light_uints, stride, i);
       if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
-        add_result(results, stride, i, c.light * trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES));
+        Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES);
+        add_result(results, stride, i, behind_shadow(c.brought, d));
+        if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);
         continue;
       }
@@ -317,27 +335,44 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
     }
     go_on(&w, stack, s, 1, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {
-      if (w.best.instance == NONE) add_result(results, stride, i, c.light);
+      if (w.best.instance == NONE) add_result(results, stride, i, c.brought);
       k = atomic_inc(&next);
     }
   }
 }
 
-/* Adds the samples of each pixel to the film in the order of their numbers. */
+/* Adds the samples of each pixel to the film in the order of their numbers; those that are no numbers count as 0. */
 __kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT_PARAMETERS, GLOBAL float *sums,
                          uint first_pixel, uint pixels) {
   Params params = params_buffer[0];
   uint k = get_global_id(0);
+  if (k < LIMITS) { /* one work-item each: totals with a carry */
+    uint total = limits[LIMITS + k] + limits[k];
+    limits[2u * LIMITS + k] += total < limits[k] ? 1u : 0u;
+    limits[LIMITS + k] = total;
+    limits[k] = 0u;
+  }
   if (k >= pixels) return;
   uint plane = uint_of(params.width) * uint_of(params.height);
   uint at = first_pixel + k;
   for (uint n = 0u; n < params.samples; n++) {
     uint slot = k * params.samples + n, sample = params.first_sample + n;
     uint first = (PLANE_COMBINED + 4u * (sample & 1u)) * plane + at;
-    for (uint c = 0u; c < 4u; c++) sums[first + c * plane] += results[c * stride + slot];
-    if (params.aovs) {
-      for (uint a = PLANES_COMBINED; a < PLANES_ALL; a++)
-        if (plane_takes(a, sample)) sums[a * plane + at] += aovs[(a - PLANES_COMBINED) * stride + slot];
+    int valid = 1;
+    for (uint c = 0u; c < (CLAMPS ? 6u : 4u); c++) valid &= is_addable(results[c * stride + slot]);
+    if (valid) {
+      for (uint c = 0u; c < 4u; c++) sums[first + c * plane] += results[c * stride + slot];
+      if (CLAMPS)
+        for (uint c = 0u; c < 2u; c++)
+          sums[(uint_of(params.cut_plane) + 2u * (sample & 1u) + c) * plane + at] += results[(4u + c) * stride + slot];
     }
+    if (params.aovs) {
+      for (uint a = PLANES_COMBINED; a < PLANES_ALL; a++) {
+        real value = aovs[(a - PLANES_COMBINED) * stride + slot];
+        valid &= is_addable(value);
+        if (plane_takes(a, sample) && is_addable(value)) sums[a * plane + at] += value;
+      }
+    }
+    if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;
   }
 }

@@ -50,14 +50,17 @@ struct Batch {
   alignas(64) int delta[CAPACITY], label[CAPACITY], valid[CAPACITY];
   /* connections */
   alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
+  alignas(64) real connection_cut[CAPACITY]; /* where light is clamped */
   Shadow shadows[CAPACITY]; /* of connections in scenes with transparent surfaces */
   /* results by slot */
   alignas(64) real red[CAPACITY], green[CAPACITY], blue[CAPACITY], alpha[CAPACITY];
+  alignas(64) real cut[2][CAPACITY]; /* luminance that clamping took from direct and indirect light */
   alignas(64) real aov[PLANES_ALL - PLANES_COMBINED][CAPACITY];
 
   uint current = 0; /* which of the two halves of the path arrays is read */
   uint count = 0;
   uint64_t closest = 0, shadow = 0; /* rays traced so far, for the mean path length */
+  uint64_t limits[LIMITS] = {};     /* paths that each bounce limit has ended */
   std::vector<uint> bins;
 
   Columns columns() { return {path_reals[current], path_uints[current]}; }
@@ -80,11 +83,24 @@ FN Hit load_hit(const Batch &b, uint i) {
   return h;
 }
 
-static void add_light(Batch &__restrict b, uint i, real3 light) {
+static void add_light(Batch &__restrict b, Params params, uint i, Brought brought) {
   uint slot = b.columns().uints[PATH_UINT_slot * CAPACITY + i];
-  b.red[slot] += light.x;
-  b.green[slot] += light.y;
-  b.blue[slot] += light.z;
+  b.red[slot] += brought.light.x;
+  b.green[slot] += brought.light.y;
+  b.blue[slot] += brought.light.z;
+  if (params.cut_plane) b.cut[brought.indirect][slot] += cut_luminance(brought);
+}
+
+FN Brought load_brought(Batch &b, Params params, uint i) {
+  Brought brought;
+  brought.light = make_real3(b.cr[i], b.cg[i], b.cb[i]);
+  brought.cut = params.cut_plane ? b.connection_cut[i] : REAL(0.0);
+  brought.indirect = (b.columns().uints[PATH_UINT_bounces * CAPACITY + i] & 255u) > 0u;
+  return brought;
+}
+
+static void count_limits(Batch &b, uint reached) {
+  for (uint k = 0; k < LIMITS; k++) b.limits[k] += reached >> k & 1u;
 }
 
 FN Surface load_surface(const Batch &b, uint i, uint material) {

@@ -26,7 +26,8 @@ using namespace isophote;
 namespace isophote {
 #define X(name, precision, level)                                                                       \
   namespace name {                                                                                      \
-  bool render(const void *const *, const WideTree *, const void *, int, float *, uint64_t *, const std::atomic<int> *); \
+  bool render(const void *const *, const WideTree *, const void *, int, float *, uint64_t *, uint64_t *,      \
+              const std::atomic<int> *);                                                                \
   void trace_rays(const void *const *, const WideTree *, const float *, long, int, int, int, float *, unsigned *); \
   size_t batch_bytes();                                                                                     \
   }
@@ -200,19 +201,20 @@ nb::tuple refit_wide(const MeshArrays &meshes, WideTree &tree, size_t part, Floa
 bool render(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree &tree, Bytes params, int threads,
             nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu> sums,
             nb::ndarray<uint64_t, nb::shape<2>, nb::c_contig, nb::device::cpu> rays,
+            nb::ndarray<uint64_t, nb::shape<LIMITS>, nb::c_contig, nb::device::cpu> limits,
             nb::ndarray<int32_t, nb::shape<1>, nb::c_contig, nb::device::cpu> cancelled) {
   const Variant &v = find_variant(variant);
   const Params *p = reinterpret_cast<const Params *>(params.data());
   if (params.size() != sizeof(Params)) throw std::invalid_argument("render: params of the wrong size");
-  size_t planes = p->aovs ? PLANES_ALL : PLANES_COMBINED;
+  size_t planes = p->cut_plane ? size_t(p->cut_plane) + PLANES_CUT : p->aovs ? PLANES_ALL : PLANES_COMBINED;
   if (sums.shape(0) < planes || sums.shape(1) != size_t(p->height) || sums.shape(2) != size_t(p->width))
     throw std::invalid_argument("render: sums do not have the shape of the region");
   std::vector<const void *> scene = pointers(buffers);
   float *out = sums.data();
-  uint64_t *counts = rays.data();
+  uint64_t *counts = rays.data(), *ended = limits.data();
   auto *flag = reinterpret_cast<const std::atomic<int> *>(cancelled.data());
   nb::gil_scoped_release release;
-  return v.render(scene.data(), &tree, p, threads, out, counts, flag);
+  return v.render(scene.data(), &tree, p, threads, out, counts, ended, flag);
 }
 
 nb::tuple trace(const std::string &variant, const std::vector<Bytes> &buffers, const WideTree *tree,
@@ -337,7 +339,7 @@ NB_MODULE(_native, m) {
   m.def("refit_wide_tree", &refit_wide, nb::arg("meshes"), nb::arg("tree"), nb::arg("part"), nb::arg("lo"), nb::arg("hi"),
         nb::arg("reference"), nb::arg("margin"), nb::arg("threads"));
   m.def("render", &render, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree"), nb::arg("params"), nb::arg("threads"),
-        nb::arg("sums"), nb::arg("rays"), nb::arg("cancelled"));
+        nb::arg("sums"), nb::arg("rays"), nb::arg("limits"), nb::arg("cancelled"));
   m.def("trace", &trace, nb::arg("variant"), nb::arg("buffers"), nb::arg("tree").none(),
         nb::arg("rays"), nb::arg("any"), nb::arg("threads"), nb::arg("packets") = false);
   m.def("bake_vertices", &bake_vertices_of, nb::arg("vertices"), nb::arg("first"), nb::arg("uses"), nb::arg("threads"),

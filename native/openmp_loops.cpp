@@ -49,6 +49,8 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, Tile til
     b.blue[i] = REAL(0.0);
     b.alpha[i] = REAL(1.0);
   }
+  if (params.cut_plane)
+    for (real *cut : b.cut) std::fill(cut, cut + count, REAL(0.0));
   if (params.aovs)
     for (uint i = 0; i < b.count; i++) store_aovs(b, i, no_aovs());
 }
@@ -130,7 +132,7 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
 
 /* -------------------------------------------------------------- accumulate */
 
-/* Adds the batch's samples to the film in the order of their numbers. */
+/* Adds the batch's samples to the film in the order of their numbers; those that are no numbers count as 0. */
 static void accumulate_batch(const Batch &b, Params params, Tile tile, uint first_sample, uint samples, float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
   uint pixels = uint(tile.width * tile.height);
@@ -139,14 +141,26 @@ static void accumulate_batch(const Batch &b, Params params, Tile tile, uint firs
                 size_t(tile.column + int(pixel) % tile.width);
     for (uint k = 0; k < samples; k++) {
       uint slot = pixel * samples + k, sample = first_sample + k;
-      float *half = sums + (PLANE_COMBINED + 4 * (sample & 1u)) * plane + at;
-      half[0] += to_float(b.red[slot]);
-      half[plane] += to_float(b.green[slot]);
-      half[2 * plane] += to_float(b.blue[slot]);
-      half[3 * plane] += to_float(b.alpha[slot]);
-      if (!params.aovs) continue;
-      for (uint a = PLANES_COMBINED; a < PLANES_ALL; a++)
-        if (plane_takes(a, sample)) sums[a * plane + at] += to_float(b.aov[a - PLANES_COMBINED][slot]);
+      int valid = is_addable(b.red[slot]) & is_addable(b.green[slot]) & is_addable(b.blue[slot]) & is_addable(b.alpha[slot]);
+      if (params.cut_plane) valid &= is_addable(b.cut[0][slot]) & is_addable(b.cut[1][slot]);
+      if (valid) {
+        float *half = sums + (PLANE_COMBINED + 4 * (sample & 1u)) * plane + at;
+        half[0] += to_float(b.red[slot]);
+        half[plane] += to_float(b.green[slot]);
+        half[2 * plane] += to_float(b.blue[slot]);
+        half[3 * plane] += to_float(b.alpha[slot]);
+        if (params.cut_plane) {
+          float *cut = sums + (uint(params.cut_plane) + 2 * (sample & 1u)) * plane + at;
+          cut[0] += to_float(b.cut[0][slot]);
+          cut[plane] += to_float(b.cut[1][slot]);
+        }
+      }
+      for (uint a = PLANES_COMBINED; params.aovs && a < PLANES_ALL; a++) {
+        real value = b.aov[a - PLANES_COMBINED][slot];
+        valid &= is_addable(value);
+        if (plane_takes(a, sample) && is_addable(value)) sums[a * plane + at] += to_float(value);
+      }
+      if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;
     }
   }
 }
@@ -184,7 +198,7 @@ static Scene make_scene(const void *const *pointers, const WideTree *tree) {
 }
 
 bool render(const void *const *scene, const WideTree *tree, const void *settings, int threads, float *sums,
-            uint64_t *rays, const std::atomic<int> *cancelled) {
+            uint64_t *rays, uint64_t *limits, const std::atomic<int> *cancelled) {
   Scene s = make_scene(scene, tree);
   Params params = *static_cast<const Params *>(settings);
   int side = tile_side(params.samples);
@@ -205,6 +219,7 @@ bool render(const void *const *scene, const WideTree *tree, const void *settings
     {
       rays[0] += batch->closest;
       rays[1] += batch->shadow;
+      for (uint k = 0; k < LIMITS; k++) limits[k] += batch->limits[k];
     }
   }
   return !cancelled->load();

@@ -10,10 +10,10 @@ namespace isophote {
 
 /* scene: one pointer for each entry of SCENE_BUFFERS, in its order; tree: made of them. params: a Params. sums: planes of
  * width x height floats (kernels/params.h), to which samples are added in their order. rays: paths' rays and
- * shadow rays, to which those traced are added. Returns false
- * where it was cancelled; sums then hold no complete result. */
+ * shadow rays, to which those traced are added; limits: paths that each of the LIMITS has ended, likewise.
+ * Returns false where it was cancelled; sums then hold no complete result. */
 using RenderFunction = bool (*)(const void *const *scene, const WideTree *tree, const void *params, int threads,
-                                float *sums, uint64_t *rays, const std::atomic<int> *cancelled);
+                                float *sums, uint64_t *rays, uint64_t *limits, const std::atomic<int> *cancelled);
 
 /* Closest hits (any = 0) or occlusion (any = 1) of n rays, for tests and benchmarks, in the wide tree or where there
  * is none in the BVH2; packets != 0: sixteen neighbours at a time where they go much the same way. rays: n x 8 floats,

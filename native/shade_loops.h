@@ -26,7 +26,7 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
       seen.hit = 1;
       seen.radiance = make_real3(b.fr[i], b.fg[i], b.fb[i]);
       seen.pdf = b.light_pdf[i];
-      add_light(b, i, see_lamp(s, params, lamp, path_at(columns, i), seen));
+      add_light(b, params, i, see_lamp(s, params, lamp, path_at(columns, i), seen));
     }
   }
 }
@@ -35,7 +35,7 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, i, see_world(s, params, p));
+    add_light(b, params, i, see_world(s, params, p));
     b.alpha[p.slot] -= lost_alpha(params, p);
     b.alive[i] = 0;
   }
@@ -63,7 +63,7 @@ static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
 static void shade_emission(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++)
-    add_light(b, i, see_emission(s, params, m, path_at(columns, i), load_hit(b, i)));
+    add_light(b, params, i, see_emission(s, params, m, path_at(columns, i), load_hit(b, i)));
 }
 
 FN LightWalk load_walk(const Batch &b, uint i) {
@@ -281,7 +281,9 @@ static void sample_closures(Batch &__restrict b, Scene s, Material m, Group g) {
   }
 }
 
+template <bool CLAMPED>
 static void connect_lights(Batch &__restrict b, Params params, Group g) {
+  if (!CLAMPED) params.cut_plane = 0;
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
     LightSample l;
@@ -297,9 +299,10 @@ static void connect_lights(Batch &__restrict b, Params params, Group g) {
     b.cox[i] = c.ray.origin.x;
     b.coy[i] = c.ray.origin.y;
     b.coz[i] = c.ray.origin.z;
-    b.cr[i] = c.light.x;
-    b.cg[i] = c.light.y;
-    b.cb[i] = c.light.z;
+    b.cr[i] = c.brought.light.x;
+    b.cg[i] = c.brought.light.y;
+    b.cb[i] = c.brought.light.z;
+    if (CLAMPED) b.connection_cut[i] = c.brought.cut;
   }
 }
 
@@ -323,6 +326,7 @@ static void scatter_paths(Batch &__restrict b, Params params, Material m, Group 
 static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
+    count_limits(b, ending_limits(params, m, path_at(columns, i)));
     Scattered r = pass_transparent(params, m, path_at(columns, i), load_hit(b, i));
     store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
     b.alive[i] = uint(r.alive);
@@ -355,7 +359,8 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz);
-    connect_lights(b, params, g);
+    if (params.cut_plane) connect_lights<true>(b, params, g);
+    else connect_lights<false>(b, params, g);
     connect_batch(b, s, params, g, s.world[0].features);
   }
   sample_closures(b, s, m, g);

@@ -8,6 +8,7 @@ namespace ISOPHOTE_VARIANT {
 /* The shadow rays of a group's connections that bring light: their paths in key. */
 struct ShadowRays {
   Batch &b;
+  Params params;
   Ray ray(uint i) const {
     uint at = b.key[i];
     return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
@@ -15,7 +16,7 @@ struct ShadowRays {
   }
   void store(uint i, const Hit &h) {
     uint at = b.key[i];
-    if (h.instance == NONE) add_light(b, at, make_real3(b.cr[at], b.cg[at], b.cb[at]));
+    if (h.instance == NONE) add_light(b, params, at, load_brought(b, params, at));
   }
 };
 
@@ -29,6 +30,7 @@ struct PassingRays {
   void store(uint i, const Hit &h) {
     Shadow &shadow = b.shadows[b.order[i]];
     shadow = pass_shadow(s, params, shadow, h, features);
+    b.limits[LIMITS - 1] += uint64_t(shadow.limited);
   }
 };
 
@@ -40,7 +42,7 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     count += !is_dark(make_real3(b.cr[i], b.cg[i], b.cb[i]));
   }
   b.shadow += count;
-  ShadowRays rays{b};
+  ShadowRays rays{b, params};
   if (!(features & FEATURE_TRANSPARENT)) {
     trace_all(s, rays, count, 1);
     return;
@@ -60,7 +62,7 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     going = left;
   }
   for (uint i = 0; i < count; i++)
-    add_light(b, b.key[i], make_real3(b.cr[b.key[i]], b.cg[b.key[i]], b.cb[b.key[i]]) * b.shadows[i].kept);
+    add_light(b, params, b.key[i], behind_shadow(load_brought(b, params, b.key[i]), b.shadows[i]));
 }
 
 }  // namespace ISOPHOTE_VARIANT

@@ -10,7 +10,7 @@ from bench.parity import expose, full_frame
 from isophote.device import open_device
 from isophote.film import Film
 from isophote.materials import PARAMS, make_instruction
-from isophote.passes import PASSES, planes_for
+from isophote.passes import PASSES, film_planes
 from isophote.prepare import Prepared, prepare
 from isophote.scene import Scene, make_scene
 from isophote.settings import Settings
@@ -203,7 +203,7 @@ def render(scene: Scene, samples: int = 256, device: str = "openmp", **settings)
     opened = open_device(device, chosen)
     try:
         opened.upload(ready(scene))
-        film = Film(chosen.region or full_frame(scene), planes_for(chosen.passes))
+        film = Film(chosen.region or full_frame(scene), film_planes(chosen))
         return expose(opened, film, samples, chosen)
     finally:
         opened.close()

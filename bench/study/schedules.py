@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from isophote.device import DeviceError
+from isophote.records import numbers
 from isophote.wavefront import Wavefront, path_columns
 
 U = np.uint32
@@ -25,7 +26,8 @@ class Shipping(Wavefront):
     samples_per_path = 1
 
     def __init__(self, device, paths: int, aovs: bool):
-        super().__init__(device.cl, device.queue, device.program, [*device.scene.values()], paths, aovs)
+        super().__init__(device.cl, device.queue, device.program, [*device.scene.values()], paths, aovs,
+                         device.settings.clamps)
         self.device = device
         if device.variant.group:
             self.group = dict.fromkeys(self.group, device.variant.group)
@@ -43,10 +45,12 @@ class Schedule:
 
     def __init__(self, device, paths: int, aovs: bool):
         self.device, self.paths, self.aovs = device, paths, aovs
-        b = {name: device.buffer(4 * count * paths) for name, count in path_columns(aovs).items()}
+        b = {name: device.buffer(4 * count * paths)
+             for name, count in path_columns(aovs, device.settings.clamps).items()}
+        self.limits = device.buffer(3 * 4 * numbers()["LIMITS"])
         self.buffers, self.path = b, (b["reals"], b["uints"], U(paths))
         self.hit, self.light = (b["hit_reals"], b["hit_uints"]), (b["light_reals"], b["light_uints"])
-        self.result = (b["results"], b["aovs"])
+        self.result = (b["results"], b["aovs"], self.limits)
         self.reserve(paths)
 
     def reserve(self, paths: int) -> None:

@@ -5,10 +5,10 @@ __kernel void megakernel(SCENE_PARAMETERS, RESULT_PARAMETERS, uint stride, uint 
   if (i >= count) return;
   Path p = start_path(s, params, results, aovs, stride, first_pixel, i);
   for (int alive = 1; alive;) {
-    Shaded r = shade_path(s, params, p, trace(s, path_ray(p), 0), results, aovs, stride);
+    Shaded r = shade_path(s, params, p, trace(s, path_ray(p), 0), results, aovs, limits, stride);
     if (r.connected) {
-      real3 kept = trace_connection(s, params, r.connection.ray, r.connection.passed, SCENE_FEATURES);
-      add_result(results, stride, i, r.connection.light * kept);
+      Shadow d = trace_connection(s, params, r.connection.ray, r.connection.passed, SCENE_FEATURES);
+      add_result(results, stride, i, behind_shadow(r.connection.brought, d));
     }
     p = r.path;
     alive = r.alive;

@@ -37,7 +37,7 @@ __kernel void shade_slots(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIG
     uint i = k < count ? queue[k] : NONE;
     if (i != NONE) {
       Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
-                            results, aovs, result_stride);
+                            results, aovs, limits, result_stride);
       if (r.alive) {
         store_path(reals, uints, stride, i, r.path);
         atomic_inc(&alive);
@@ -61,8 +61,8 @@ __kernel void connect_slots(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS,
     uint i = light_queue[k];
     if (i == NONE) continue;
     Connection c = load_connection(light_reals, light_uints, stride, i);
-    real3 light = c.light * trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES);
-    add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], light);
+    Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES);
+    add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], behind_shadow(c.brought, d));
   }
 }
 
@@ -94,8 +94,8 @@ __kernel void connect_together(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETE
     uint i = k < count ? light_queue[k] : NONE;
     Connection c = load_connection(light_reals, light_uints, stride, i == NONE ? 0u : i);
     Hit h = trace_list_together(s, c.ray, 1, i != NONE, chunk);
-    real3 kept = select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
-    if (i != NONE) add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], c.light * kept);
+    if (i != NONE && h.instance == NONE)
+      add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], c.brought);
   }
 }
 #endif

@@ -50,10 +50,10 @@ def test_passes_of_two_view_layers(host):
     centre = (24, 32)
     for layer in ("ViewLayer", "Empty"):
         for name, ids in (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Position", "XYZ"),
-                          ("Albedo", "RGB"), ("Sample Count", "X"), ("Error", "RGB")):
+                          ("Albedo", "RGB"), ("Sample Count", "X"), ("Invalid", "X"), ("Error", "RGB")):
             for channel in ids:
                 assert f"{layer}.{name}.{channel}" in channels, sorted(channels)
-    assert (channels["ViewLayer.Sample Count.X"] == 8).all()
+    assert (channels["ViewLayer.Sample Count.X"] == 8).all() and not channels["ViewLayer.Invalid.X"].any()
     distance = found["distance"]
     assert distance - 2 < channels["ViewLayer.Depth.Z"][centre] < distance
     assert channels["Empty.Depth.Z"][centre] > 100

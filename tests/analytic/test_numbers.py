@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bench.parity import differing_floats, opened
-from isophote.film import Film
+from isophote.film import COMBINED_PLANES, LIMITS, Film
 from isophote.params import make_params
 from isophote.passes import make_passes
 from isophote.records import params_dtype
@@ -98,11 +98,13 @@ def test_no_drift_after_2_to_the_24_samples():
     b.world = radiance
     settings = Settings(threads=1, passes=("combined",))
     device = opened("openmp", settings, ready(b.make()))
-    film, rays, flag = Film((0, 0, 1, 1), 8), np.zeros(2, np.uint64), np.zeros(1, np.int32)
+    film, rays, flag = Film((0, 0, 1, 1), COMBINED_PLANES), np.zeros(2, np.uint64), np.zeros(1, np.int32)
+    limits = np.zeros(len(LIMITS), np.uint64)
     params = make_params(WorkItem(film.region, 0, BLOCK), settings)
     while film.end < 1 << 24:  # without OpenMPDevice.render's thread an item: a quarter of a million of them
         params.view(params_dtype())["first_sample"] = film.end
-        assert device.native.render(device.variant, device.buffers, device.tree, params, 1, film.open, rays, flag)
+        assert device.native.render(device.variant, device.buffers, device.tree, params, 1, film.open, rays,
+                                    limits, flag)
         film.add_samples(BLOCK)
     assert rays.tolist() == [1 << 24, 0]
     seen = pixels(film)[0, 0]

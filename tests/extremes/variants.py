@@ -11,7 +11,7 @@ from bench.parity import differing_floats, expose, full_frame
 from isophote.device import list_kind, open_device
 from isophote.film import Film
 from isophote.materials import OPERATIONS
-from isophote.passes import planes_for
+from isophote.passes import film_planes
 from isophote.records import make_records, numbers
 from isophote.scene import Scene
 from isophote.settings import Settings
@@ -129,14 +129,14 @@ def opencl_film(prepared, region, samples: int, settings: Settings, first: int =
     device = opencl_device(bool(prepared.features & numbers()["FEATURE_LIGHTS"]))
     device.take_up(replace(settings, device=device.settings.device))
     device.upload(for_any_scene(prepared))
-    return expose(device, Film(region, planes_for(settings.passes), first), first + samples, settings)
+    return expose(device, Film(region, film_planes(settings), first), first + samples, settings)
 
 
 def openmp_film(prepared, region, samples: int, settings: Settings, first: int = 0) -> Film:
     device = open_device("openmp", settings)
     try:
         device.upload(prepared)
-        return expose(device, Film(region, planes_for(settings.passes), first), first + samples, settings)
+        return expose(device, Film(region, film_planes(settings), first), first + samples, settings)
     finally:
         device.close()
 

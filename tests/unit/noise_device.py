@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from isophote.device import DeviceError
+from isophote.film import AOV_PLANES
 from isophote.scene import make_scene
 
 
@@ -47,18 +48,18 @@ def radiance(region, sample: int, seed: int, planes: int) -> np.ndarray:
     for channel in range(3):
         values[first + channel] = -(x + 1) * np.log(hashed(x, y, sample, seed, channel))
     values[first + 3] = 1.0
-    if planes > 8:
-        values[9:15] = hashed(x, y, sample, seed, np.arange(6)[:, None, None] + 9)
+    if planes >= AOV_PLANES:
+        values[10:16] = hashed(x, y, sample, seed, np.arange(6)[:, None, None] + 10)
         if sample == 0:
-            values[8] = x + 10.0
-            values[15:18] = np.stack([x, y, x + y])
+            values[9] = x + 10.0
+            values[16:19] = np.stack([x, y, x + y])
     return values
 
 
 class NoiseDevice:
     """`fail_after`: samples after which render raises; `on_sample` is called before each; `delay` seconds a sample."""
 
-    driver, strict, compile_seconds, kernels_from, notes, memory = "numpy", True, 0.0, "", (), {}
+    driver, strict, compile_seconds, kernels_from, notes, memory, limits = "numpy", True, 0.0, "", (), {}, 0
 
     def __init__(self, settings=None, kind="openmp", fail_after=None, on_sample=None, delay=0.0, planes_seen=None):
         self.name, self.kind = f"noise {kind}", kind

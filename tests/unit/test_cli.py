@@ -32,7 +32,8 @@ def test_render_writes_an_exr_with_every_pass_and_prints_one_object(scene, tmp_p
     result = json.loads(outcome.stdout)
     assert result["samples"] == 20 and result["partial"] is False and result["error"] > 0
     image = read_image(tmp_path / "a.exr")
-    assert set(image.planes) == {"Combined", "Depth", "Normal", "Albedo", "Position", "Sample Count", "Error"}
+    assert set(image.planes) == {"Combined", "Depth", "Normal", "Albedo", "Position", "Sample Count",
+                                 "Invalid", "Error"}
     assert image.planes["Combined"].shape == (10, 12, 4) and not image.partial
     assert image.metadata["isophote:error"] == pytest.approx(result["error"], rel=1e-6)
     assert image.metadata["isophote:scene"] == tiny_scene().content_hash
@@ -221,6 +222,17 @@ def test_explain_says_what_was_compiled_and_held(scene, tmp_path, monkeypatch):
     assert "kernels    from the cache in 0.00 s" in told and "memory     scene 2.0 KiB, paths 3.0 MiB" in told
     result = json.loads(run("render", scene, "-o", tmp_path / "a.png", "--samples", 1, "--json").stdout)
     assert result["memory"]["scene"] == 2048 and result["samples_by_device"] == {"noise openmp": 1}
+
+
+def test_the_ledger_is_told_and_kept_with_the_picture(scene, tmp_path):
+    told = run("render", scene, "-o", tmp_path / "a.exr", "--samples", 2, "--clamp-indirect", 3)
+    assert "ledger     No setting took anything from the picture" in told.stdout
+    assert read_image(tmp_path / "a.exr").metadata["isophote:ledger"] == "No setting took anything from the picture"
+    told = run("render", scene, "-o", tmp_path / "a.exr", "--samples", 2, "--clamp-indirect", 3, "--explain")
+    assert "ledger     Clamping indirect light at 3 took nothing" in told.stdout
+    told = run("render", scene, "-o", tmp_path / "a.exr", "--samples", 2, "--clamp-direct", 1, "--json")
+    first = json.loads(told.stdout)["ledger"][0]
+    assert (first["switch"], first["setting"], first["status"], first["removed"]) == ("clamp_direct", 1.0, "none", 0.0)
 
 
 def test_compare(scene, tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from isophote.confidence import Claim, claim_of, error_of_most, relative_errors, student95, tiles_of
-from isophote.film import Film
+from isophote.film import COMBINED_PLANES, Film
 from isophote.statistics import luminance_of, sums_over_tiles
 
 rng = np.random.default_rng(19)
@@ -17,7 +17,7 @@ SIDE = 256
 def grey_film(halves, samples=64, origin=(0, 0)):
     """A film of `samples` whose two replicates have these means (h, w), the same in R, G and B."""
     height, width = halves[0].shape
-    film = Film((*origin, origin[0] + width, origin[1] + height), 8)
+    film = Film((*origin, origin[0] + width, origin[1] + height), COMBINED_PLANES)
     film.end = samples
     for replicate, count in enumerate(film.replicate_samples):
         for channel in range(3):
@@ -117,7 +117,7 @@ def test_unseen_light_keeps_the_error_of_most_pixels_large():
 
 
 def test_nothing_is_claimed_of_nothing():
-    film = Film((0, 0, 8, 8), 8)
+    film = Film((0, 0, 8, 8), COMBINED_PLANES)
     film.add_samples(1)
     assert claim_of(film) == Claim(None, None, None)
     assert claim_of(grey_film([np.zeros((8, 8))] * 2)).most is None

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from noise_device import radiance
 
-from isophote.film import AOV_PLANES, Film, FilmError, Total, load_film, merge
+from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, Total, load_film, merge
 from isophote.passes import PASSES, make_passes
 from isophote.schedule import BLOCK, sample_items, split
 from isophote.settings import Settings
@@ -92,7 +92,7 @@ def test_2_to_the_24_samples_do_not_drift():
     value = np.float32(0.1)
     films = []
     for part in range(64):  # 2^18 samples each; the first is exposed, the others are as it is, further on
-        film = Film((0, 0, 1, 1), 8, part << 18)
+        film = Film((0, 0, 1, 1), COMBINED_PLANES, part << 18)
         if part == 0:
             for _ in range(1 << 12):
                 film.open[:] = block_sum(value)
@@ -144,14 +144,15 @@ def test_films_that_do_not_tile_are_refused(ranges, message):
 
 def test_films_of_other_regions_or_planes_are_refused():
     with pytest.raises(FilmError, match="do not merge"):
-        merge([Film((0, 0, 2, 2), 8), Film((0, 0, 3, 2), 8)])
+        merge([Film((0, 0, 2, 2), COMBINED_PLANES), Film((0, 0, 3, 2), COMBINED_PLANES)])
     with pytest.raises(FilmError, match="do not merge"):
-        merge([Film((0, 0, 2, 2), 8), Film((0, 0, 2, 2), 18)])
+        merge([Film((0, 0, 2, 2), COMBINED_PLANES), Film((0, 0, 2, 2), AOV_PLANES)])
 
 
-@pytest.mark.parametrize("make", [lambda: Film((0, 0, 0, 2), 8), lambda: Film((0, 0, 1, 1), 9),
-                                  lambda: Film((0, 0, 1, 1), 8, 10), lambda: exposed(0, 60).add_samples(5),
-                                  lambda: exposed(0, 60).close_block()])
+@pytest.mark.parametrize("make", [
+    lambda: Film((0, 0, 0, 2), COMBINED_PLANES), lambda: Film((0, 0, 1, 1), COMBINED_PLANES + 1),
+    lambda: Film((0, 0, 1, 1), COMBINED_PLANES, 10), lambda: exposed(0, 60).add_samples(5),
+    lambda: exposed(0, 60).close_block()])
 def test_misuse_is_refused(make):
     with pytest.raises(FilmError):
         make()

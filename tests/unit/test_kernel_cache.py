@@ -12,7 +12,7 @@ from isophote import kernel_build
 from isophote.device import list_kind
 from isophote.film import Film
 from isophote.kernel_cache import CacheError, KernelCache, cache_folder, cache_key, describe_cache
-from isophote.passes import planes_for
+from isophote.passes import film_planes
 from isophote.settings import Settings
 from tests.conftest import missing
 from tests.parity.scenes import SCENES
@@ -115,7 +115,7 @@ def pocl(monkeypatch, tmp_path):
 
     def render():
         device = opened(found[0], settings, prepared)
-        film = expose(device, Film(full_frame(scene), planes_for(settings.passes)), 2, settings)
+        film = expose(device, Film(full_frame(scene), film_planes(settings)), 2, settings)
         device.close()
         for thread in threading.enumerate():
             if thread.name == "isophote-kernel-cache":

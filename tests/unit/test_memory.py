@@ -12,7 +12,7 @@ from noise_device import NoiseDevice, tiny_scene
 
 from bench.parity import differing_floats, expose, full_frame, opened
 from isophote.device import SceneTooLarge, list_kind
-from isophote.film import Film
+from isophote.film import COMBINED_PLANES, Film
 from isophote.memory import (
     BUILD_BYTES_PER_TRIANGLE,
     FILM_BYTES_PER_VALUE,
@@ -22,7 +22,7 @@ from isophote.memory import (
     lowered,
     readable,
 )
-from isophote.passes import planes_for
+from isophote.passes import film_planes
 from isophote.scene import resized
 from isophote.session import Session
 from isophote.settings import Settings
@@ -70,7 +70,7 @@ def test_what_does_not_fit_on_a_device_is_named():
 
 @pytest.mark.usefixtures("engine")
 def test_a_scene_too_large_for_the_host_is_refused_before_anything_is_built(monkeypatch):
-    film = FILM_BYTES_PER_VALUE * 12 * 10 * 8
+    film = FILM_BYTES_PER_VALUE * 12 * 10 * COMBINED_PLANES
     monkeypatch.setenv("ISOPHOTE_HOST_MEMORY", str(BUILD_BYTES_PER_TRIANGLE + film - 1))
     with pytest.raises(SceneTooLarge, match=f"{BUILD_BYTES_PER_TRIANGLE} bytes to prepare its 1 triangles and {film}"):
         Session(tiny_scene(), Settings(samples=1), NoiseDevice())
@@ -101,7 +101,7 @@ SETTINGS = Settings(samples=64, passes=("combined",))
 
 def rendered(scene, prepared, spec, settings=SETTINGS):
     device = opened(spec, settings, prepared)
-    film = expose(device, Film(full_frame(scene), planes_for(settings.passes)), settings.samples, settings)
+    film = expose(device, Film(full_frame(scene), film_planes(settings)), settings.samples, settings)
     held = dict(device.memory), device.wavefront.paths if spec != "openmp" else 0
     device.close()
     assert spec == "openmp" or device.memory == {}

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from noise_device import radiance
 
-from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError
+from isophote.film import AOV_PLANES, COMBINED_PLANES, CUT_PLANES, Film, FilmError
 from isophote.passes import PASSES, check_passes, make_passes, planes_for
 
 REGION = (2, 1, 9, 5)
@@ -19,11 +19,12 @@ def exposed(samples, first=0, planes=AOV_PLANES):
 def test_passes_are_means_of_all_samples():
     samples = np.array([radiance(REGION, sample, 3, AOV_PLANES) for sample in range(71)], np.float64)
     made = make_passes(exposed(71), PASSES)
-    assert list(made) == ["Combined", "Depth", "Normal", "Albedo", "Position", "Sample Count", "Error"]
+    assert list(made) == ["Combined", "Depth", "Normal", "Albedo", "Position", "Sample Count", "Invalid",
+                          "Error"]
     expected = (samples[:, 0:4] + samples[:, 4:8]).mean(axis=0).transpose(1, 2, 0)
     assert np.allclose(made["Combined"], expected, rtol=1e-6)
-    assert np.allclose(made["Normal"], samples[:, 9:12].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
-    assert np.allclose(made["Albedo"], samples[:, 12:15].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
+    assert np.allclose(made["Normal"], samples[:, 10:13].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
+    assert np.allclose(made["Albedo"], samples[:, 13:16].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
     assert (made["Sample Count"] == 71).all()
 
 
@@ -47,6 +48,7 @@ def test_a_film_without_samples_is_black_not_nan():
 def test_planes_follow_what_is_asked_for():
     assert planes_for(["combined", "error", "sample_count"]) == COMBINED_PLANES
     assert planes_for(["combined", "albedo"]) == AOV_PLANES
+    assert planes_for(["combined"], clamps=True) == COMBINED_PLANES + CUT_PLANES
 
 
 def test_missing_parts_are_named():

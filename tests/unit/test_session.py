@@ -7,7 +7,7 @@ import pytest
 from noise_device import NoiseDevice, tiny_scene
 
 from isophote.device import DeviceError
-from isophote.film import Film, FilmError, load_film, merge
+from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
 from isophote.passes import PASSES, make_passes
 from isophote.scene import SceneError
 from isophote.schedule import is_decision
@@ -73,7 +73,7 @@ def test_a_render_resumed_from_a_checkpoint_has_the_same_bits(tmp_path):
 def test_parts_by_workers_merge_to_the_same_bits():
     films = []
     for first, count in ((64, 64), (0, 64), (128, 22)):
-        session = Session(tiny_scene(), settings(count), NoiseDevice(), Film((0, 0, 12, 10), 18, first))
+        session = Session(tiny_scene(), settings(count), NoiseDevice(), Film((0, 0, 12, 10), AOV_PLANES, first))
         session.run()
         films.append(session.film)
     assert bits(merge(films)) == bits(rendered(150).film)
@@ -158,7 +158,7 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(ValueError, match="region .* does not lie in the frame of 12x10"):
         Session(tiny_scene(), settings(region=(0, 0, 13, 10)))
     with pytest.raises(FilmError, match="the render needs"):
-        Session(tiny_scene(), settings(), NoiseDevice(), Film((0, 0, 12, 10), 8))
+        Session(tiny_scene(), settings(), NoiseDevice(), Film((0, 0, 12, 10), COMBINED_PLANES))
     with pytest.raises(ValueError, match="no pass 'mist'"):
         Session(tiny_scene(), replace(settings(), passes=("mist",)))
 

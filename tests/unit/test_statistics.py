@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from isophote.film import Film
+from isophote.film import COMBINED_PLANES, Film
 from isophote.passes import combined
 from isophote.statistics import LUMINANCE, image_error, mean_and_error, pixel_error, pool, sums_over_tiles
 
@@ -19,7 +19,7 @@ rng = np.random.default_rng(20240607)
 
 def normal_film(height, width, samples, mean, sigma, origin=(0, 0)):
     """A film whose samples are normal: RGB independent, of `mean` and `sigma` (numbers or (h, w))."""
-    film = Film((*origin, origin[0] + width, origin[1] + height), 8)
+    film = Film((*origin, origin[0] + width, origin[1] + height), COMBINED_PLANES)
     film.add_samples(samples)  # an open block: at most 63
     for replicate, count in enumerate(film.replicate_samples):
         for channel in range(3):
@@ -53,14 +53,14 @@ def test_error_bars_cover_where_tiles_differ_from_each_other():
 
 
 def test_pixel_error_by_hand():
-    film = Film((0, 0, 1, 1), 8)
+    film = Film((0, 0, 1, 1), COMBINED_PLANES)
     film.open[0], film.open[4] = 6.0, 1.0  # replicate 0: three samples of mean 2; replicate 1: two of mean 0.5
     film.add_samples(5)
     assert pixel_error(film)[0, 0, 0] == pytest.approx(math.sqrt(1.5**2 * 6 / 25))
 
 
 def test_even_counts_are_half_the_difference():
-    film = Film((0, 0, 1, 1), 8)
+    film = Film((0, 0, 1, 1), COMBINED_PLANES)
     film.open[0], film.open[4] = 8.0, 4.0
     film.add_samples(8)
     assert pixel_error(film)[0, 0, 0] == pytest.approx(0.5)
@@ -73,7 +73,7 @@ def test_one_sample_has_no_error():
 
 
 def test_black_pictures_have_no_relative_error():
-    film = Film((0, 0, 4, 4), 8)
+    film = Film((0, 0, 4, 4), COMBINED_PLANES)
     film.add_samples(4)
     assert image_error(film) is None
 
@@ -104,7 +104,7 @@ def test_tiles_follow_the_full_frame():
 
 def test_a_region_pools_over_the_tiles_of_the_full_frame():
     whole = normal_film(24, 24, 8, mean=1.0, sigma=np.linspace(0.1, 2.0, 24))
-    part = Film((5, 3, 24, 24), 8)
+    part = Film((5, 3, 24, 24), COMBINED_PLANES)
     part.add_samples(8)
     part.open[:] = whole.open[:, 3:, 5:]
     assert np.allclose(pixel_error(part)[5:, 3:], pixel_error(whole)[8:, 8:], rtol=1e-6)

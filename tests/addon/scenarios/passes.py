@@ -20,7 +20,7 @@ layers = [bpy.context.view_layer, scene.view_layers.new("Empty")]
 layers[1].layer_collection.children["OnlyCube"].exclude = True
 for layer in layers:
     layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = True
-    layer.isophote.albedo = layer.isophote.sample_count = layer.isophote.error = True
+    layer.isophote.albedo = layer.isophote.sample_count = layer.isophote.error = layer.isophote.invalid = True
 exr_output(scene, multilayer=True)
 render_to(scene, "passes.exr")
 camera = scene.camera.matrix_world
