@@ -13,7 +13,7 @@ MOST_BOUNCES = 254  # paths count them in 8 bits
 
 
 def make_params(item: WorkItem, settings: Settings) -> np.ndarray:
-    """The bytes of a Params record, uint8 (n,).
+    """The bytes of a Params record and, behind it, of the item's list of pixels, uint8 (n,).
 
     Bounce limits grow by one, so that 0 still allows direct light; a clamp, given as a brightness,
     is compared with the sum of three channels: both as Cycles does it.
@@ -28,8 +28,12 @@ def make_params(item: WorkItem, settings: Settings) -> np.ndarray:
         "clamp_direct": 3 * settings.clamp_direct, "clamp_indirect": 3 * settings.clamp_indirect,
         "film_transparent": settings.film_transparent,
         "aovs": planes_for(settings.passes) > numbers()["PLANES_COMBINED"],
+        "listed": item.pixels is not None,
     }
     record = np.zeros(1, params_dtype())
     for name in record.dtype.names:
         record[name] = values[name]
-    return record.view(np.uint8).reshape(-1)
+    bytes_of_it = record.view(np.uint8).reshape(-1)
+    if item.pixels is None:
+        return bytes_of_it
+    return np.concatenate([bytes_of_it, np.ascontiguousarray(item.pixels, "<i4").view(np.uint8).reshape(-1)])

@@ -38,20 +38,22 @@ def hashed(*keys) -> np.ndarray:
     return (h >> np.uint64(11)).astype(np.float64) * 2.0**-53 + 2.0**-54
 
 
-def radiance(region, sample: int, seed: int, planes: int) -> np.ndarray:
-    """What one sample adds to the planes of a region, float32 (planes, h, w); the mean of RGB is x + 1."""
+def radiance(region, sample: int, seed: int, planes: int, pixels=None) -> np.ndarray:
+    """What one sample adds to the planes of a region or of a WorkItem's pixels, float32 (planes, h, w); the
+    mean of RGB is x + 1."""
     x0, y0, x1, y1 = region
     y, x = np.mgrid[y0:y1, x0:x1]
     values = np.zeros((planes, y1 - y0, x1 - x0), np.float32)
     first = 4 * (sample & 1)
+    if pixels is not None:
+        x, y, sample = (column[None] for column in (pixels + [0, 0, sample]).T)
     for channel in range(3):
         values[first + channel] = -(x + 1) * np.log(hashed(x, y, sample, seed, channel))
     values[first + 3] = 1.0
     if planes > 8:
         values[9:15] = hashed(x, y, sample, seed, np.arange(6)[:, None, None] + 9)
-        if sample == 0:
-            values[8] = x + 10.0
-            values[15:18] = np.stack([x, y, x + y])
+        values[8] = (x + 10.0) * (sample == 0)
+        values[15:18] = np.stack([x, y, x + y]) * (sample == 0)
     return values
 
 
@@ -86,7 +88,7 @@ class NoiseDevice:
             if self.fail_after is not None and sample >= self.fail_after:
                 raise DeviceError("the driver reset")
             time.sleep(self.delay)
-            part += radiance(item.region, sample, settings.seed, len(sums))
+            part += radiance(item.region, sample, settings.seed, len(sums), item.pixels)
         sums[:] = part
         return item.samples
 
