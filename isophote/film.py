@@ -117,7 +117,7 @@ class Film:
         self.open = np.zeros((planes, *self.shape), np.float32)
         self.totals = [Total() for _ in range(planes)]
         if np.ndim(first):
-            self.ends = np.asarray(first, np.int64)
+            self.ends = np.array(first, np.int64)
             self.allow(self.ends)
 
     @property

@@ -79,7 +79,8 @@ class NoiseDevice:
         self.items.append(item)
         part = sums.copy()  # a failure leaves sums as they were
         for count in range(item.samples):
-            sample = item.first_sample + count
+            offset = item.first_sample + count
+            sample = offset + (0 if item.pixels is None else int(item.pixels[:, 2].max()))
             if self.on_sample:
                 self.on_sample(sample)
             if cancelled():
@@ -88,7 +89,7 @@ class NoiseDevice:
             if self.fail_after is not None and sample >= self.fail_after:
                 raise DeviceError("the driver reset")
             time.sleep(self.delay)
-            part += radiance(item.region, sample, settings.seed, len(sums), item.pixels)
+            part += radiance(item.region, offset, settings.seed, len(sums), item.pixels)
         sums[:] = part
         return item.samples
 
