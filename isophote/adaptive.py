@@ -9,7 +9,8 @@ exp(-x / 2) / sqrt(2 pi x) / k is largest, so for a price p of a sample each pix
 
 and the price is the one at which SHARE of all are within E. Noisy pixels get more samples, but pixels that are
 hopeless at that price, of which the rest may consist, get few. Another E only scales all of it, so what is wanted is
-spent in parts: each decision lets the samples grow by GROWTH, and they go where most is wanted of what is lacking.
+spent in parts: each decision goes half the way, on a logarithmic scale and within GROWTH, and its samples go where most
+is wanted of what is lacking.
 
 No bias. Were a pixel's number of samples decided by the pixel itself, one that missed a bright hit would look calm,
 get few samples and stay too dark. So rows decide for each other: even rows' numbers follow from odd rows' sums, and
@@ -34,7 +35,7 @@ from isophote.schedule import BLOCK
 from isophote.statistics import Luminance, luminance_of, spread_over_tiles
 
 PILOT = BLOCK  # samples of every pixel, before the first decision
-GROWTH = (9, 8)  # of the samples from one decision to the next, as a ratio
+GROWTH = (1.125, 1.5)  # least and most, of the samples from one decision to the next
 CELL = (2, 4)  # rows of one half and columns, whose pixels get the same number: 4 x 4 pixels of the picture
 STEP = 1.0 / 64.0  # of x, in the table of its derivative
 LEAST = 1e-6  # of the largest wanted number, for pixels without noise: they come last, but they come
@@ -120,12 +121,13 @@ def power(step: int) -> float:
 
 
 def spend(wanted: np.ndarray, counts: np.ndarray, most: int) -> np.ndarray:
-    """Samples of each pixel (h, w) after GROWTH of all: in whole blocks, in proportion to what is wanted.
+    """Samples of each pixel (h, w) until the next decision: in whole blocks, in proportion to what is wanted.
 
     `counts` are there, multiples of BLOCK; no pixel gets more than `most`.
     """
     total = int(counts.sum())
-    budget = min(max(total * GROWTH[0] // GROWTH[1], total + BLOCK), max(total, most * counts.size))
+    growth = min(max(math.sqrt(float(wanted.sum()) / total), GROWTH[0]), GROWTH[1])
+    budget = min(max(int(total * growth), total + BLOCK), max(total, most * counts.size))
     unit = 1.0 / float(wanted.max())
     low, high = 0, 1 << 12
     while high - low > 1:  # what `low` gives is too little
