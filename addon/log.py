@@ -84,6 +84,7 @@ def stamp_fields(result: dict, layer: str, partial: bool) -> dict[str, str]:
         "device": result["device"],
         "driver": result["driver"],
         "samples": str(result["samples"]),
+        "most_samples": str(result["most_samples"]),
         "error": percent(result["error"]),
         "error_95": percent(result["error_95"]),
         "error_target": percent(result["error_target"]) if result["error_target"] else "none",

@@ -59,6 +59,12 @@ class IsophoteSceneSettings(bpy.types.PropertyGroup):
         precision=2,
         subtype="PERCENTAGE",
     )
+    adaptive: BoolProperty(
+        name="Adaptive",
+        description="With a wanted error: samples go where they are needed, not as many to every pixel. Samples is"
+        " then the most that a pixel may get",
+        default=DEFAULTS.adaptive,
+    )
     seed: IntProperty(name="Seed", description="Another seed gives another noise", default=DEFAULTS.seed, min=0)
     device: EnumProperty(name="Device", items=DEVICE_ITEMS, default=DEFAULTS.device)
     opencl_device: IntProperty(

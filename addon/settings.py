@@ -12,6 +12,7 @@ PREVIEW_SAMPLES = 32  # of the small pictures of materials and lights
 SAME = (
     "samples",
     "time_limit",
+    "adaptive",
     "seed",
     "precision",
     "wait_for_kernels",

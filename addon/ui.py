@@ -45,6 +45,9 @@ class ISOPHOTE_PT_sampling(PanelBase, bpy.types.Panel):
         column.prop(own, "samples")
         column.prop(own, "time_limit")
         column.prop(own, "error_percent")
+        adaptive = column.row()
+        adaptive.active = own.error_percent > 0.0
+        adaptive.prop(own, "adaptive")
         column.prop(own, "seed")
         column.operator(CopyCycles.bl_idname)
 

@@ -42,7 +42,7 @@ def expose(device, film: Film, end: int, settings: Settings, step: int = BLOCK) 
         added = device.render(WorkItem(film.region, film.end, count), settings, film.open, lambda: False)
         if added != count:
             raise DeviceError(f"{device.name} gave {added} of {count} samples")
-        film.add_samples(count, device.limits)
+        film.add_samples(count, device.ended)
     return film
 
 

@@ -103,7 +103,7 @@ class Renderer:
         film = Film(self.region, COMBINED_PLANES + CUT_PLANES * settings.clamps)
         device = self.device(settings)
         for item in sample_items(0, settings.samples, BLOCK, self.region):
-            film.add_samples(device.render(item, settings, film.open, lambda: False), device.limits)
+            film.add_samples(device.render(item, settings, film.open, lambda: False), device.ended)
         return film
 
     def close(self) -> None:
@@ -166,7 +166,7 @@ def joined(films: list[Film]) -> Film:
         for plane in range(film.planes):
             whole.totals[plane].add(film.sum(plane))
         whole.end += film.samples
-        whole.limits += film.limits
+        whole.ended += film.ended
     return whole
 
 

@@ -153,6 +153,8 @@ def cli():
               help="Stop after this many seconds of rendering.")
 @click.option("--error", "error_target", type=Percent(), metavar="E%",
               help="Stop when 95 % of the pixels are within this of their brightness (docs/error.md).")
+@click.option("--adaptive/--uniform", default=None,
+              help="With --error: samples go where they are needed (default), or every pixel gets as many.")
 @device_option
 @click.option("--wait-for-kernels", is_flag=True, default=None,
               help="Do not let the CPU render while an OpenCL device compiles its kernels.")

@@ -30,7 +30,7 @@ class Device(Protocol):
     `strict` is True where the device gives strict mode's bits, else the reason why not;
     `compile_seconds` is the time spent compiling kernels so far, `kernels_from` says where the last ones
     came from ("compiler", "cache", or "" for a device whose code is built in); `notes` are what a user
-    should know, in the form of a scene's notes; `memory` is what it holds, in bytes by name; `limits` says of the
+    should know, in the form of a scene's notes; `memory` is what it holds, in bytes by name; `ended` says of the
     last item rendered how many paths each of film.LIMITS has ended, uint64. Every method
     may raise DeviceError; a failed `render` leaves `sums` as it was, so that another device can go on
     from there.
@@ -44,7 +44,7 @@ class Device(Protocol):
     kernels_from: str
     notes: list[dict]
     memory: dict[str, int]
-    limits: np.ndarray
+    ended: np.ndarray
 
     def check_room(self, prepared: Prepared) -> None:
         """Raises SceneTooLarge where the scene does not fit into the device's memory."""

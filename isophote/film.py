@@ -5,6 +5,9 @@ of replicate 1, 8 how many samples were no numbers and count as 0; with AOVs als
 13-15 albedo, 16-18 position. Depth and position come from sample 0 alone, as in Cycles: a mean of depths across an
 edge is no depth. Where light is clamped four more: luminance cut off from direct and from indirect light of
 replicate 0, and of replicate 1.
+
+A pixel's samples are those from `first` on, without a gap. All pixels have as many, until `allow` says how far each
+may go (isophote/adaptive.py decides that): from then on the pixels that lack samples get their next block together.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from isophote.files import replacing
-from isophote.schedule import BLOCK, Region
+from isophote.schedule import BLOCK, Region, WorkItem
 
 FORMAT = 2
 INVALID = 8  # the plane's number
@@ -27,6 +30,7 @@ AOV_PLANES = 19
 CUT_PLANES = 4
 CLAMPED = (COMBINED_PLANES + CUT_PLANES, AOV_PLANES + CUT_PLANES)
 LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
+SQUARE = 8  # pixels a side, of the squares in which listed pixels are ordered
 
 
 class FilmError(ValueError):
@@ -59,6 +63,16 @@ class Total:
     def copy(self) -> Total:
         return Total(*(None if half is None else half.copy() for half in (self.hi, self.lo)))
 
+    def add_listed(self, values: np.ndarray, at: np.ndarray) -> None:
+        """Add values (n) to the pixels `at`, indices into the plane that has `hi` already."""
+        halves = [None if half is None else half.ravel()[at][None] for half in (self.hi, self.lo)]
+        part = Total(*halves)
+        part.add(values[None])
+        self.hi.ravel()[at] = part.hi[0]
+        if part.lo is not None:
+            self.lo = np.zeros_like(self.hi) if self.lo is None else self.lo
+            self.lo.ravel()[at] = part.lo[0]
+
     def add(self, hi: np.ndarray, lo: np.ndarray | None = None) -> None:
         """Add a plane of values (float32 or float64), or another total's two halves."""
         if self.hi is None:
@@ -82,27 +96,39 @@ class Total:
 
 
 class Film:
-    """Sums of the samples [first, end) of a region's pixels.
+    """Sums of the samples [first, end) of a region's pixels; of [first, ends) where pixels have different numbers.
 
     `open` is the float32 array (planes, h, w) into which a device adds the samples of the block under
-    way, in order; `add_samples` says how many came and closes the block when it is full. `limits` counts the
-    paths that each of LIMITS, the bounce limits, has ended, uint64.
+    way, in order; `add_samples` says how many came and closes the block when it is full. Where it is the block of
+    the pixels `listed`, indices into (h, w), `open` is (planes, 1, n). `ends` are the borders to which each pixel's
+    blocks are closed, `limits` where it is to end, int64 (h, w); all three are None while all pixels have the same
+    samples, [first, end), and `end` then only goes on to count. A film that goes on from one whose pixels differ has
+    an integer (h, w) as `first`.
+
+    `ended` counts the paths that each of LIMITS, the bounce limits, has ended, uint64.
     """
 
-    def __init__(self, region: Region, planes: int, first: int = 0):
+    def __init__(self, region: Region, planes: int, first: int | np.ndarray = 0):
         x0, y0, x1, y1 = region
         if not (0 <= x0 < x1 and 0 <= y0 < y1):
             raise FilmError(f"region {tuple(region)} holds no pixels")
         if planes - CUT_PLANES * (planes in CLAMPED) not in (COMBINED_PLANES, AOV_PLANES):
             raise FilmError(f"a film has {COMBINED_PLANES} or {AOV_PLANES} planes, {CUT_PLANES} more where light is "
                             f"clamped, not {planes}")
-        if first < 0 or first % BLOCK:
+        if np.any(np.less(first, 0)) or np.any(np.mod(first, BLOCK)):
             raise FilmError(f"a film begins at a block's border, a multiple of {BLOCK}, not at sample {first}")
         self.region = (int(x0), int(y0), int(x1), int(y1))
-        self.first = self.end = first
-        self.open = np.zeros((planes, y1 - y0, x1 - x0), np.float32)
+        self.shape = (self.region[3] - self.region[1], self.region[2] - self.region[0])  # height, width in pixels
+        self.first, self.end = first, (first if np.ndim(first) == 0 else 0)
+        self.ends: np.ndarray | None = None
+        self.limits: np.ndarray | None = None
+        self.listed: np.ndarray | None = None
+        self.open = np.zeros((planes, *self.shape), np.float32)
         self.totals = [Total() for _ in range(planes)]
-        self.limits = np.zeros(len(LIMITS), np.uint64)
+        self.ended = np.zeros(len(LIMITS), np.uint64)
+        if np.ndim(first):
+            self.ends = np.array(first, np.int64)
+            self.allow(self.ends)
 
     @property
     def planes(self) -> int:
@@ -124,35 +150,50 @@ class Film:
         return self.sum(self.planes - CUT_PLANES + 2 * replicate + indirect)
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """(height, width) of the region in pixels."""
-        return self.open.shape[1:]
+    def counts(self) -> int | np.ndarray:
+        """Samples of a pixel, both replicates together; int64 (h, w) where pixels have different numbers."""
+        return self.now() - self.first
 
     @property
     def samples(self) -> int:
-        """Samples a pixel, both replicates together."""
-        return self.end - self.first
+        """Samples a pixel, the mean where pixels have different numbers."""
+        return int(np.mean(self.counts))
 
     @property
-    def replicate_samples(self) -> tuple[int, int]:
-        """Samples a pixel of replicates 0 and 1; they differ by one where the count is odd."""
-        even = (self.end + 1) // 2 - (self.first + 1) // 2
-        return even, self.samples - even
+    def most_samples(self) -> int:
+        """Samples of the pixel that has most."""
+        return int(np.max(self.counts))
+
+    @property
+    def replicate_samples(self) -> tuple[int, int] | tuple[np.ndarray, np.ndarray]:
+        """Samples of a pixel of replicates 0 and 1, as `counts`; they differ by one where the count is odd."""
+        now = self.now()
+        even = (now + 1) // 2 - (self.first + 1) // 2
+        return even, now - self.first - even
 
     @property
     def open_samples(self) -> int:
         """Samples in the open block; blocks begin at multiples of BLOCK."""
         return self.end % BLOCK
 
-    def add_samples(self, count: int, limits: np.ndarray | int = 0) -> None:
-        """Note that `count` samples were added to `open`, of which the bounce limits ended `limits` paths (a device's).
+    def now(self) -> int | np.ndarray:
+        """The sample that follows those of a pixel."""
+        if self.ends is None:
+            return self.end
+        now = self.ends.copy()
+        if self.listed is not None:
+            now.ravel()[self.listed] += self.open_samples
+        return now
+
+    def add_samples(self, count: int, ended: np.ndarray | int = 0) -> None:
+        """Note that `count` samples were added to `open`, of which the bounce limits ended `ended` paths (a device's).
 
         Raises FilmError where they do not fit its block.
         """
         if count < 0 or self.open_samples + count > BLOCK:
             raise FilmError(f"{count} samples after sample {self.end} cross the border of a block of {BLOCK}")
         self.end += count
-        self.limits += np.asarray(limits, np.uint64)
+        self.ended += np.asarray(ended, np.uint64)
         if count and self.open_samples == 0:
             self.close_block()
 
@@ -161,15 +202,52 @@ class Film:
         if self.open_samples:
             raise FilmError(f"the block holds {self.open_samples} of {BLOCK} samples and stays open")
         for plane, total in zip(self.open, self.totals, strict=True):
-            if plane.any():
-                total.add(plane)
+            add_block(total, plane, self.listed)
         self.open.fill(0.0)
+        if self.listed is not None:
+            self.ends.ravel()[self.listed] += BLOCK
+            self.list_pixels()
+
+    def allow(self, limits: np.ndarray) -> None:
+        """Say where each pixel is to end, integers (h, w), at borders of blocks; less than there is changes nothing.
+
+        Raises FilmError within a block and for other limits.
+        """
+        limits = np.asarray(limits, np.int64)
+        if limits.shape != self.shape or (limits % BLOCK).any():
+            raise FilmError(f"limits are multiples of {BLOCK}, one for each pixel of {self.shape}")
+        if self.open_samples:
+            raise FilmError(f"the block holds {self.open_samples} of {BLOCK} samples and must be full first")
+        ends = np.full(self.shape, self.end, np.int64) if self.ends is None else self.ends
+        self.ends, self.limits = ends, np.maximum(limits, ends)
+        for total in self.totals:
+            if total.hi is None:
+                total.hi = np.zeros(self.shape)
+        self.list_pixels()
+
+    def list_pixels(self) -> None:
+        """Open the next block of the pixels that are below their limit."""
+        listed = np.flatnonzero(self.ends < self.limits)
+        self.listed = by_tiles(listed, self.shape[1])
+        self.open = np.zeros((self.planes, 1, len(listed)), np.float32)
+
+    @property
+    def settled(self) -> bool:
+        """Whether every pixel has what `allow` said."""
+        return self.listed is not None and not len(self.listed)
+
+    def listed_item(self, samples: int) -> WorkItem:
+        """At most `samples` further samples of the open block, of the listed pixels."""
+        rows, columns = np.divmod(self.listed, self.shape[1])
+        pixels = [columns + self.region[0], rows + self.region[1], self.ends.ravel()[self.listed]]
+        return WorkItem((0, 0, len(self.listed), 1), self.open_samples, min(samples, BLOCK - self.open_samples),
+                        np.stack(pixels, axis=-1).astype(np.int32))
 
     def sum(self, plane: int) -> np.ndarray:
         """Sum of a plane over all samples, float64 (h, w): the same bits however the samples were split."""
         total = self.totals[plane].copy()
-        if self.open_samples and self.open[plane].any():
-            total.add(self.open[plane])
+        if self.open_samples:
+            add_block(total, self.open[plane], self.listed)
         return np.zeros(self.shape) if total.hi is None else total.hi + 0.0  # + 0.0: one sign of zero
 
     def save(self, path: str | Path, scene_hash: str, settings: dict) -> None:
@@ -178,14 +256,32 @@ class Film:
         `settings` is Settings.fingerprint(). The file appears whole or not at all. Raises OSError.
         """
         head = {"format": FORMAT, "region": self.region, "planes": self.planes, "first": self.first, "end": self.end,
-                "limits": self.limits.tolist(), "scene": scene_hash, "settings": settings}
+                "ended": self.ended.tolist(), "scene": scene_hash, "settings": settings}
         arrays = {"isophote_film": np.array(json.dumps(head)), "open": self.open}
+        if self.ends is not None:
+            arrays |= {"ends": self.ends, "limits": self.limits}
         for plane, total in enumerate(self.totals):
             for half in ("hi", "lo"):
                 if getattr(total, half) is not None:
                     arrays[f"{half}{plane}"] = getattr(total, half)
         with replacing(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, **arrays)
+
+
+def add_block(total: Total, plane: np.ndarray, listed: np.ndarray | None) -> None:
+    """Add an open block's plane, of all pixels or of the listed ones."""
+    if not plane.any():
+        return
+    if listed is None:
+        total.add(plane)
+    else:
+        total.add_listed(plane[0], listed)
+
+
+def by_tiles(pixels: np.ndarray, width: int) -> np.ndarray:
+    """Indices into rows of `width` pixels, ordered by squares: neighbours' paths go much the same way."""
+    rows, columns = np.divmod(pixels, width)
+    return pixels[np.lexsort((columns, rows, columns // SQUARE, rows // SQUARE))]
 
 
 def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
@@ -203,8 +299,11 @@ def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
                 raise FilmError(f"{path}: film format {head.get('format')}, this version reads {FORMAT}")
             check_origin(path, head, scene_hash, settings)
             film = Film(tuple(head["region"]), head["planes"], head["first"])
+            if "ends" in data:
+                film.ends, film.limits = (loaded(path, data, name, np.int64, film.shape) for name in ("ends", "limits"))
+                film.list_pixels()
             film.end = head["end"]
-            film.limits[:] = head["limits"]
+            film.ended[:] = head["ended"]
             film.open = loaded(path, data, "open", np.float32, film.open.shape)
             for plane, total in enumerate(film.totals):
                 for half in ("hi", "lo"):
@@ -244,7 +343,7 @@ def merge(films: Iterable[Film]) -> Film:
     inside a block. The picture has the bits of a render in one go. Raises FilmError saying what does
     not fit.
     """
-    parts = sorted(films, key=lambda film: (film.first, film.end))
+    parts = sorted(films, key=lambda film: (np.mean(film.first), np.mean(film.now())))
     if not parts:
         raise FilmError("no films to merge")
     head = parts[0]
@@ -252,18 +351,31 @@ def merge(films: Iterable[Film]) -> Film:
         if film.region != head.region or film.planes != head.planes:
             raise FilmError(f"films of region {head.region} with {head.planes} planes and of region {film.region} "
                             f"with {film.planes} planes do not merge")
+    reached = head.now()
     for film, follower in pairwise(parts):
-        ranges = f"samples [{film.first}, {film.end}) and [{follower.first}, {follower.end})"
-        if follower.first < film.end:
-            raise FilmError(f"films overlap: {ranges}")
-        if follower.first > film.end:
-            raise FilmError(f"films leave a gap: {ranges}")
+        adds = follower.now() > follower.first
+        if np.any(adds & (follower.first < reached)):
+            raise FilmError(f"films overlap: samples {range_of(film)} and {range_of(follower)}")
+        if np.any(adds & (follower.first > reached)):
+            raise FilmError(f"films leave a gap: samples {range_of(film)} and {range_of(follower)}")
+        reached = np.where(adds, follower.now(), reached)
+    uneven = any(film.ends is not None for film in parts)
+    if uneven and any(film.open_samples for film in parts):
+        raise FilmError("films whose pixels have different numbers of samples merge between blocks only")
     merged = Film(head.region, head.planes, head.first)
-    merged.end = parts[-1].end
-    merged.open[:] = parts[-1].open
-    merged.limits[:] = sum(film.limits for film in parts)
+    merged.ended[:] = sum(film.ended for film in parts)
     for plane, total in enumerate(merged.totals):
         for film in parts:
             if film.totals[plane].hi is not None:
                 total.add(film.totals[plane].hi, film.totals[plane].lo)
+    if uneven:
+        merged.ends = reached
+        merged.allow(reached)
+    else:
+        merged.end = parts[-1].end
+        merged.open[:] = parts[-1].open
     return merged
+
+
+def range_of(film: Film) -> str:
+    return f"[{np.min(film.first)}, {np.max(film.now())})"

@@ -67,27 +67,27 @@ def clamp_entry(film: Film, settings: Settings, name: str) -> dict:
     if not cut.any():
         return nothing(name, setting)
     whole = np.stack(weighted_sums(film, LUMINANCE)) + sum(cuts)
-    removed, interval = float(cut.sum() / whole.sum()), None
-    if min(film.replicate_samples) > 0:
+    cut_light, light = (float((sums.sum(axis=0) / film.counts).sum()) for sums in (cut, whole))
+    removed, interval = cut_light / light, None
+    if np.min(film.replicate_samples) > 0:
         rest = cut - removed * whole
         variance = variance_of_mean((rest[0], rest[1]), film.replicate_samples)
         total = float(variance.sum())
         if total > 0.0:
             freedom = 3.0 * total * total / float((variance * variance).sum())
-            half = float(student95(freedom)) * math.sqrt(total) * film.samples / float(whole.sum())
+            half = float(student95(freedom)) * math.sqrt(total) / light
             interval = [max(0.0, removed - half), min(1.0, removed + half)]
-    return entry(name, setting, "rendered", removed, interval, float(cut.sum() / paths_of(film)))
+    return entry(name, setting, "rendered", removed, interval, cut_light / math.prod(film.shape))
 
 
 def paths_of(film: Film) -> int:
     """How many paths left the camera."""
-    height, width = film.shape
-    return film.samples * height * width
+    return int(np.broadcast_to(film.counts, film.shape).sum())
 
 
 def limit_entry(film: Film, settings: Settings, name: str) -> dict:
     """What a bounce limit ended: nothing where no path got so far, else it is not known."""
-    ended, setting = int(film.limits[LIMITS.index(name)]), getattr(settings, name)
+    ended, setting = int(film.ended[LIMITS.index(name)]), getattr(settings, name)
     if not ended:
         return nothing(name, setting, paths=0.0)
     return entry(name, setting, "not measured", paths=ended / paths_of(film), how=MEASURE)

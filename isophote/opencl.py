@@ -129,7 +129,7 @@ class OpenCLDevice:
         self.total_memory = lowered(self.device.global_mem_size, DEVICE)
         self.largest_buffer = lowered(min(self.device.max_mem_alloc_size, self.total_memory), BUFFER)
         self.memory: dict[str, int] = {}
-        self.limits = np.zeros(len(LIMITS), np.uint64)
+        self.ended = np.zeros(len(LIMITS), np.uint64)
         self.scene: dict = {}  # buffers by name, in the order of kernels/scene_buffers.h
         self.arrays: dict[str, np.ndarray] = {}  # what was copied into them and others hold anyway
         self.geometry = None
@@ -262,7 +262,7 @@ class OpenCLDevice:
         self.calling(self.cl.enqueue_copy, self.queue, made, film)
         self.calling(self.cl.enqueue_copy, self.queue, limits, self.wavefront.limits)
         sums[:] = made
-        self.limits = limits[1] + (limits[2].astype(np.uint64) << np.uint64(32))
+        self.ended = limits[1] + (limits[2].astype(np.uint64) << np.uint64(32))
         return item.samples
 
     def leave(self) -> OpenCLDevice:

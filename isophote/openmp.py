@@ -48,7 +48,7 @@ class OpenMPDevice:
         self.buffers: list[np.ndarray] = []
         self.tree = None
         self.rays = np.zeros(2, np.uint64)  # paths' rays and shadow rays traced so far
-        self.limits = np.zeros(len(LIMITS), np.uint64)
+        self.ended = np.zeros(len(LIMITS), np.uint64)
         # One thread for all items: to OpenMP a new caller is a new team of threads.
         self.worker = ThreadPoolExecutor(1, "isophote-openmp")
 
@@ -71,9 +71,9 @@ class OpenMPDevice:
         """As Device.render; `sums` stay as they were where the item was cancelled."""
         params = make_params(item, settings, len(sums))
         made, flag = sums.copy(), np.zeros(1, np.int32)
-        rays, limits = np.zeros_like(self.rays), np.zeros_like(self.limits)
+        rays, ended = np.zeros_like(self.rays), np.zeros_like(self.ended)
         work = self.worker.submit(self.native.render, self.variant, self.buffers, self.tree, params, self.threads, made,
-                                  rays, limits, flag)
+                                  rays, ended, flag)
         while not wait([work], POLL_SECONDS).done:
             if cancelled():
                 flag[0] = 1
@@ -84,7 +84,7 @@ class OpenMPDevice:
             raise DeviceError("openmp: out of memory while rendering") from error
         sums[:] = made
         self.rays += rays
-        self.limits = limits
+        self.ended = ended
         return item.samples
 
     def leave(self) -> None:

@@ -14,7 +14,8 @@ MOST_BOUNCES = 254  # paths count them in 8 bits
 
 
 def make_params(item: WorkItem, settings: Settings, planes: int | None = None) -> np.ndarray:
-    """The bytes of a Params record, uint8 (n,), for a film of so many planes (film_planes where None).
+    """The bytes of a Params record and, behind it, of the item's list of pixels, uint8 (n,), for a film of so many
+    planes (film_planes where None).
 
     Bounce limits grow by one, so that 0 still allows direct light; a clamp, given as a brightness,
     is compared with the sum of three channels: both as Cycles does it.
@@ -33,8 +34,12 @@ def make_params(item: WorkItem, settings: Settings, planes: int | None = None) -
         "cut_plane": settings.clamps and planes - CUT_PLANES,
         "film_transparent": settings.film_transparent,
         "aovs": planes_for(settings.passes) > numbers()["PLANES_COMBINED"],
+        "listed": item.pixels is not None,
     }
     record = np.zeros(1, params_dtype())
     for name in record.dtype.names:
         record[name] = values[name]
-    return record.view(np.uint8).reshape(-1)
+    bytes_of_it = record.view(np.uint8).reshape(-1)
+    if item.pixels is None:
+        return bytes_of_it
+    return np.concatenate([bytes_of_it, np.ascontiguousarray(item.pixels, "<i4").view(np.uint8).reshape(-1)])

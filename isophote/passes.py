@@ -18,7 +18,7 @@ def combined(film: Film) -> np.ndarray:
 
 
 def mean_of(film: Film, sums: np.ndarray) -> np.ndarray:
-    return (sums / max(film.samples, 1)).astype(np.float32)
+    return (sums / np.maximum(film.counts, 1)).astype(np.float32)
 
 
 def mean_planes(first: int, count: int) -> Callable[[Film], np.ndarray]:
@@ -29,8 +29,8 @@ def first_sample_planes(first: int, count: int) -> Callable[[Film], np.ndarray]:
     """Planes to which sample 0 alone contributes. Raises FilmError for a part of a render without it."""
 
     def planes(film: Film) -> np.ndarray:
-        if film.first > 0:
-            raise FilmError(f"depth and position come from sample 0; this film begins at sample {film.first}")
+        if np.any(film.first):
+            raise FilmError(f"depth and position come from sample 0; this film begins at sample {np.max(film.first)}")
         return np.stack([film.sum(first + c).astype(np.float32) for c in range(count)], axis=-1)
 
     return planes
@@ -42,7 +42,7 @@ def invalid(film: Film) -> np.ndarray:
 
 
 def sample_count(film: Film) -> np.ndarray:
-    return np.full((*film.shape, 1), film.samples, np.float32)
+    return np.broadcast_to(film.counts, film.shape)[..., None].astype(np.float32)
 
 
 @dataclass(frozen=True)

@@ -144,6 +144,7 @@ def rescued(job: Job, session: Session) -> str:
 def write_picture(job: Job, film: Film, result: dict, partial: bool) -> None:
     """Write the passes; where that fails after all, into the folder for temporary files. Raises ImageError."""
     metadata = {"Software": "Isophote", "isophote:partial": int(partial), "isophote:samples": result["samples"],
+                "isophote:most_samples": result["most_samples"],
                 "isophote:device": result["device"], "isophote:precision": result["precision"],
                 "isophote:seed": result["seed"], "isophote:scene": result["scene_hash"]}
     for name in ("error", "error_95", "error_target", "unsure", "why_stopped"):
@@ -215,4 +216,5 @@ def described(progress: Progress) -> str:
     if progress.error_target and progress.error_95 is not None:
         error = f", 95 % of pixels within {100 * progress.error_95:.2f} % (wanted {100 * progress.error_target:g} %)"
     remaining = "" if not progress.remaining else f", {progress.remaining:.0f} s left"
-    return f"{progress.samples_done}{total} samples{error}{remaining}"
+    most = f" (at most {progress.most_samples})" if progress.most_samples > progress.samples_done else ""
+    return f"{progress.samples_done}{total} samples{most}{error}{remaining}"

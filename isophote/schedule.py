@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 BLOCK = 64  # samples a pixel summed in float32 (design, section 6)
 FIRST_DECISION = 16  # samples before which no render stops for its error
 ITEM_SECONDS = 0.35  # an item aims at 0.2 to 0.5 s: cancelling is quick, overhead is small
@@ -19,11 +21,16 @@ Region = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels from the lower le
 
 @dataclass(frozen=True)
 class WorkItem:
-    """Samples [first_sample, first_sample + samples) of every pixel of a region; never crosses a block's border."""
+    """Samples [first_sample, first_sample + samples) of every pixel of a region; never crosses a block's border.
+
+    With `pixels`, int32 (n, 3), these are no region's pixels but n others in one row, region (0, 0, n, 1): x and y in
+    the frame, and the sample, at a block's border, from which `first_sample` counts.
+    """
 
     region: Region
     first_sample: int
     samples: int
+    pixels: np.ndarray | None = None
 
     def __post_init__(self):
         x0, y0, x1, y1 = self.region

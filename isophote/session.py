@@ -9,6 +9,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from isophote.adaptive import PILOT, next_limits
 from isophote.confidence import Claim, claim_of, samples_for
 from isophote.device import Device, DeviceError, SceneTooLarge, open_device
 from isophote.film import Film, FilmError
@@ -18,7 +21,7 @@ from isophote.memory import check_host_memory
 from isophote.passes import check_passes, film_planes
 from isophote.records import feature_names
 from isophote.scene import Scene, SceneError
-from isophote.schedule import Region, WorkItem, choose_step, is_decision, next_decision, next_samples
+from isophote.schedule import BLOCK, Region, WorkItem, choose_step, is_decision, next_decision, next_samples
 from isophote.settings import Settings
 from isophote.validate import check
 
@@ -36,7 +39,8 @@ class Progress:
     pixels are (confidence.py), None while unknown; `error_target` is what is wanted of that, 0 for nothing.
     `why_stopped` is "" while it goes on, then "samples", "time", "error" (the wanted one is reached) or
     "cancelled". `seconds` counts from the first step, set-up left out; `remaining` is an estimate, None
-    before the first sample; `samples_per_second` counts camera paths: samples times pixels.
+    before the first sample; `samples_per_second` counts camera paths: samples times pixels. Where pixels have different
+    numbers of samples, `samples_done` is the mean and `most_samples` the largest.
     """
 
     samples_done: int
@@ -48,6 +52,7 @@ class Progress:
     error_target: float
     samples_per_second: float
     why_stopped: str
+    most_samples: int
 
 
 class Session:
@@ -69,9 +74,8 @@ class Session:
         self._cancel = threading.Event()
         self._started: float | None = None
         self._seconds = 0.0
-        self._samples_by_device: dict[str, int] = {}
-        self._own_samples = 0  # rendered by this session, without those of a film that it was given
-        self._sample_seconds = 0.0
+        self._paths_by_device: dict[str, int] = {}  # of this session, without those of a film that it was given
+        self._sample_seconds = 0.0  # for a sample of every pixel
         self._leaves = False
         self._claim, self._claim_due, self._claim_at = Claim(None, None, None), 0.0, -1
         self._looks: list[tuple[int, float]] = []  # samples and error_95 where the render might have stopped
@@ -165,37 +169,70 @@ class Session:
 
     @property
     def end(self) -> int:
-        return self.film.first + self.settings.samples
+        return int(np.max(self.film.first)) + self.settings.samples
+
+    @property
+    def pixels(self) -> int:
+        height, width = self.film.shape
+        return height * width
+
+    @property
+    def own_samples(self) -> float:
+        """Samples a pixel that this session rendered."""
+        return sum(self._paths_by_device.values()) / self.pixels
 
     def reason_to_stop(self) -> str:
         if self.error_reached():
             return "error"
-        if self.film.end >= self.end:
+        if self.is_complete():
             return "samples"
         if self._cancel.is_set():
             return "cancelled"
         return "time" if self.cancelled() else ""
 
+    def is_complete(self) -> bool:
+        """Whether every pixel has all samples, of which there are whole blocks where pixels have different numbers."""
+        if self.film.ends is None:
+            return self.film.end >= self.end
+        return bool((self.film.ends >= self.end // BLOCK * BLOCK).all())
+
     def error_reached(self) -> bool:
-        """Whether the film has the wanted error; decided at fixed numbers of samples (schedule.next_decision)."""
-        target, samples = self.settings.error_target, self.film.samples
-        if not (target > 0.0 and is_decision(samples)):
+        """Whether the film has the wanted error; decided at fixed numbers of samples (schedule.next_decision), with
+        adaptive sampling whenever what was decided last is done."""
+        film, target, samples = self.film, self.settings.error_target, self.film.samples
+        if not (target > 0.0 and (film.settled if film.ends is not None else is_decision(samples))):
             return False
         most = self.claim(fresh=True).most
         if most and (not self._looks or self._looks[-1][0] < samples):
             self._looks.append((samples, most.value))
         return most is not None and most.value <= target
 
-    def render_item(self) -> None:
-        film = self.film
-        step = choose_step(self._sample_seconds)
-        if self.settings.time_limit > 0.0 and self._sample_seconds > 0.0:
-            left = self.settings.time_limit - self.elapsed()
-            step = min(step, max(1, int(left / self._sample_seconds)))
+    def goes_adaptive(self) -> bool:
+        """Whether it is time for a film whose pixels have the same samples to leave that."""
+        settings, film = self.settings, self.film
+        return (settings.adaptive and settings.error_target > 0.0 and settings.samples >= PILOT + BLOCK
+                and film.samples >= PILOT and film.open_samples == 0)
+
+    def next_item(self) -> WorkItem:
+        film, most = self.film, self.end // BLOCK * BLOCK
+        if film.ends is not None and film.settled or film.ends is None and self.goes_adaptive():
+            adaptive = self.settings.adaptive and self.settings.error_target > 0.0
+            film.allow(next_limits(film, self.settings.error_target, most) if adaptive else
+                       np.full(film.shape, most))
+        share = 1.0 if film.listed is None else len(film.listed) / self.pixels
+        seconds = share * self._sample_seconds
+        step = choose_step(seconds)
+        if self.settings.time_limit > 0.0 and seconds > 0.0:
+            step = min(step, max(1, int((self.settings.time_limit - self.elapsed()) / seconds)))
+        if film.listed is not None:
+            return film.listed_item(step)
         end = self.end
         if self.settings.error_target > 0.0:
             end = min(end, film.first + next_decision(film.samples))
-        item = WorkItem(self.region, film.end, next_samples(film.first, film.end, end, step))
+        return WorkItem(self.region, film.end, next_samples(film.first, film.end, end, step))
+
+    def render_item(self) -> None:
+        film, item = self.film, self.next_item()
         before = time.perf_counter()
         try:
             added = self.device.render(item, self.settings, film.open, self.cancelled)
@@ -205,11 +242,11 @@ class Session:
             self.fall_back(error)
             return
         if added:
-            self._sample_seconds = (time.perf_counter() - before) / added
-            drawn = self._samples_by_device
-            drawn[self.device.name] = drawn.get(self.device.name, 0) + added
-        self._own_samples += added
-        film.add_samples(added, self.device.limits)
+            paths = added * film.open[0].size
+            self._sample_seconds = (time.perf_counter() - before) * self.pixels / paths
+            drawn = self._paths_by_device
+            drawn[self.device.name] = drawn.get(self.device.name, 0) + paths
+        film.add_samples(added, self.device.ended)
         self.hash_scene()
 
     def fall_back(self, error: DeviceError) -> None:
@@ -241,23 +278,23 @@ class Session:
         claim = self.claim(fresh=bool(self.why_stopped))
         return Progress(self.film.samples, self.settings.samples, self._seconds, self.remaining(),
                         claim.mean.value if claim.mean else None, claim.most.value if claim.most else None,
-                        self.settings.error_target, self.samples_per_second(), self.why_stopped)
+                        self.settings.error_target, self.samples_per_second(), self.why_stopped,
+                        self.film.most_samples)
 
     def remaining(self) -> float | None:
         """Seconds to the end of the samples, of the time or to the wanted error, whichever comes first; or None."""
         if self.why_stopped:
             return 0.0
         left = [self.settings.time_limit - self.elapsed()] if self.settings.time_limit > 0.0 else []
-        if self._own_samples:
+        if self._paths_by_device:
             samples = self.settings.samples
             if self.settings.error_target > 0.0:
                 samples = min(samples, samples_for(self.settings.error_target, self._looks) or samples)
-            left.append((samples - self.film.samples) * self._seconds / self._own_samples)
+            left.append((samples - self.film.samples) * self._seconds / self.own_samples)
         return max(0.0, min(left)) if left else None
 
     def samples_per_second(self) -> float:
-        height, width = self.film.shape
-        return self._own_samples * width * height / self._seconds if self._seconds > 0.0 else 0.0
+        return sum(self._paths_by_device.values()) / self._seconds if self._seconds > 0.0 else 0.0
 
     def result(self) -> dict:
         """What `isophote render --json` prints. `strict` is True or the reason why the bits are not strict's."""
@@ -270,7 +307,8 @@ class Session:
             "width": width,
             "height": height,
             "samples": self.film.samples,
-            "samples_by_device": dict(self._samples_by_device),
+            "most_samples": self.film.most_samples,
+            "samples_by_device": {name: round(paths / self.pixels) for name, paths in self._paths_by_device.items()},
             "setup_seconds": self.setup_seconds,
             "build_seconds": self.build_seconds,
             "compile_seconds": self.device.compile_seconds,

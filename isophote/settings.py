@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 PRECISIONS = ("strict", "fast", "reference")
 
 # What may change between two parts of one film: how far and how fast, not what each sample is.
-NOT_OF_THE_SAMPLES = ("samples", "time_limit", "error_target", "device", "wait_for_kernels", "threads", "passes")
+NOT_OF_THE_SAMPLES = ("samples", "time_limit", "error_target", "adaptive", "device", "wait_for_kernels", "threads",
+                      "passes")
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,7 @@ class Settings:
     samples: int = 128
     time_limit: float = 0.0  # seconds, 0: none
     error_target: float = 0.0  # relative, 95 % of the pixels shall be within it (confidence.py); 0: none
+    adaptive: bool = True  # with an error_target: samples go where they are needed (adaptive.py)
     seed: int = 0
     precision: str = "strict"
     device: str = "openmp"  # openmp, opencl or opencl:N

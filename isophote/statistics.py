@@ -58,8 +58,9 @@ def weighted_sums(film: Film, weights: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return halves[0], halves[1]
 
 
-def variance_of_mean(sums: tuple[np.ndarray, np.ndarray], counts: tuple[int, int]) -> np.ndarray:
-    """v of this module's head, (h, w), not pooled, from the sums of both replicates and their sample counts (> 0)."""
+def variance_of_mean(sums: tuple[np.ndarray, np.ndarray], counts: tuple) -> np.ndarray:
+    """v of this module's head, (h, w), not pooled, from the sums of both replicates and their sample counts (> 0, of
+    all pixels or of each)."""
     difference = sums[0] / counts[0] - sums[1] / counts[1]
     return difference * difference * (counts[0] * counts[1] / (counts[0] + counts[1]) ** 2)
 
@@ -75,17 +76,17 @@ class Luminance:
 
 def luminance_of(film: Film) -> Luminance | None:
     """The luminance of a film's picture; None with one sample a pixel."""
-    if min(film.replicate_samples) == 0:
+    if np.min(film.replicate_samples) == 0:
         return None
     halves = weighted_sums(film, LUMINANCE)
-    return Luminance((halves[0] + halves[1]) / film.samples, variance_of_mean(halves, film.replicate_samples),
+    return Luminance((halves[0] + halves[1]) / film.counts, variance_of_mean(halves, film.replicate_samples),
                      film.region[:2])
 
 
 def pixel_error(film: Film) -> np.ndarray:
     """One standard deviation of the picture's RGB, float32 (h, w, 3), pooled over tiles; NaN with one sample."""
     error = np.full((*film.shape, 3), np.nan, np.float32)
-    if min(film.replicate_samples) > 0:
+    if np.min(film.replicate_samples) > 0:
         for channel in range(3):
             sums = weighted_sums(film, np.eye(3)[channel])
             error[..., channel] = np.sqrt(pool(variance_of_mean(sums, film.replicate_samples), film.region[:2]))

@@ -1,4 +1,5 @@
-/* The settings of one work item as kernels see them: what to render, never what the scene is. */
+/* A work item as kernels see it: Params, and behind them its pixels where it has a list of them. What to render, never
+ * what the scene is. */
 #ifndef ISOPHOTE_PARAMS_H
 #define ISOPHOTE_PARAMS_H
 #include "portable.h"
@@ -22,13 +23,20 @@
   X(float, clamp_indirect)                                                                     \
   X(int, cut_plane) /* the film's first plane of what clamping cuts off; 0: nothing is clamped */ \
   X(int, film_transparent)                                                                     \
-  X(int, aovs) /* 1: planes beyond combined are wanted */
+  X(int, aovs) /* 1: planes beyond combined are wanted */                                        \
+  X(int, listed) /* 1: `width` pixels of a list in one row, instead of a region's */
 
 typedef struct {
 #define X(type, name) type name;
   PARAMS(X)
 #undef X
 } Params;
+
+/* A pixel of a list: where it lies in the frame, and the sample from which the item's count. */
+typedef struct {
+  int x, y;
+  uint first;
+} ListedPixel;
 
 /* Planes of the film's sums, in the order of isophote/film.py. */
 #define PLANE_COMBINED 0 /* red, green, blue, alpha of replicate 0, then of replicate 1 */

@@ -81,12 +81,16 @@ FN void count_limits(GLOBAL uint *limits, uint reached) {
     if (reached >> k & 1u) atomic_inc(&limits[k]);
 }
 
+FN GLOBAL const ListedPixel *listed_pixels(GLOBAL const Params *params_buffer) {
+  return (GLOBAL const ListedPixel *)(params_buffer + 1);
+}
+
 /* Number `slot` of a pass: samples of the pixels from first_pixel on, those of one pixel side by side. */
-FN Path start_path(Scene s, Params params, GLOBAL real *results, GLOBAL real *aovs, uint stride, uint first_pixel,
-                   uint slot) {
+FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *results, GLOBAL real *aovs, uint stride,
+                   uint first_pixel, uint slot) {
+  Params params = params_buffer[0];
   uint pixel = first_pixel + slot / params.samples;
   uint sample = params.first_sample + slot % params.samples;
-  uint row = pixel / uint_of(params.width);
   results[slot] = REAL(0.0);
   results[stride + slot] = REAL(0.0);
   results[2u * stride + slot] = REAL(0.0);
@@ -101,6 +105,11 @@ FN Path start_path(Scene s, Params params, GLOBAL real *results, GLOBAL real *ao
     AOV_PLANES(X)
 #undef X
   }
+  if (params.listed) {
+    ListedPixel listed = listed_pixels(params_buffer)[pixel];
+    return generate_path(s, params, listed.x, listed.y, listed.first + sample, slot);
+  }
+  uint row = pixel / uint_of(params.width);
   return generate_path(s, params, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, slot);
 }
 
@@ -110,7 +119,7 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   uint i = get_global_id(0);
   for (uint k = i; k < counts_length; k += get_global_size(0)) counts[k] = k ? 0u : count;
   if (i >= count) return;
-  store_path(reals, uints, stride, i, start_path(s, params, results, aovs, stride, first_pixel, i));
+  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, aovs, stride, first_pixel, i));
   queue[i] = i;
 }
 
@@ -355,8 +364,9 @@ __kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT
   if (k >= pixels) return;
   uint plane = uint_of(params.width) * uint_of(params.height);
   uint at = first_pixel + k;
+  uint first_sample = params.first_sample + (params.listed ? listed_pixels(params_buffer)[at].first : 0u);
   for (uint n = 0u; n < params.samples; n++) {
-    uint slot = k * params.samples + n, sample = params.first_sample + n;
+    uint slot = k * params.samples + n, sample = first_sample + n;
     uint first = (PLANE_COMBINED + 4u * (sample & 1u)) * plane + at;
     int valid = 1;
     for (uint c = 0u; c < (CLAMPS ? 6u : 4u); c++) valid &= is_addable(results[c * stride + slot]);

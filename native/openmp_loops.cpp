@@ -30,19 +30,22 @@ struct FlushGuard {
 
 /* ---------------------------------------------------------------- generate */
 
-struct Tile {
-  int column, row, width, height; /* within the region */
+/* Pixels that are rendered together: places for generate_path, the sample from which the item's count, and where in a
+ * plane of the sums they lie. */
+struct Part {
+  uint pixels;
+  int column[CAPACITY], row[CAPACITY];
+  uint first[CAPACITY], at[CAPACITY];
 };
 
-static void generate_batch(Batch &__restrict b, Scene s, Params params, Tile tile, uint first_sample, uint samples) {
-  uint pixels = uint(tile.width * tile.height);
+static void generate_batch(Batch &__restrict b, Scene s, Params params, const Part &__restrict part, uint first_sample,
+                           uint samples) {
   b.current = 0;
-  uint count = pixels * samples, width = uint(tile.width);
+  uint count = part.pixels * samples;
   b.count = count;
   FOR_PATHS(i, 0, count) {
-    uint pixel = i / samples, sample = i - pixel * samples;
-    uint row = pixel / width;
-    Path p = generate_path(s, params, tile.column + int(pixel - row * width), tile.row + int(row), first_sample + sample, i);
+    uint pixel = i / samples, sample = first_sample + i - pixel * samples;
+    Path p = generate_path(s, params, part.column[pixel], part.row[pixel], part.first[pixel] + sample, i);
     store_path(b.path_reals[0], b.path_uints[0], CAPACITY, i, p);
     b.red[i] = REAL(0.0);
     b.green[i] = REAL(0.0);
@@ -133,14 +136,13 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
 /* -------------------------------------------------------------- accumulate */
 
 /* Adds the batch's samples to the film in the order of their numbers; those that are no numbers count as 0. */
-static void accumulate_batch(const Batch &b, Params params, Tile tile, uint first_sample, uint samples, float *sums) {
+static void accumulate_batch(const Batch &b, Params params, const Part &part, uint first_sample, uint samples,
+                             float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
-  uint pixels = uint(tile.width * tile.height);
-  for (uint pixel = 0; pixel < pixels; pixel++) {
-    size_t at = size_t(tile.row + int(pixel) / tile.width) * size_t(params.width) +
-                size_t(tile.column + int(pixel) % tile.width);
+  for (uint pixel = 0; pixel < part.pixels; pixel++) {
+    size_t at = part.at[pixel];
     for (uint k = 0; k < samples; k++) {
-      uint slot = pixel * samples + k, sample = first_sample + k;
+      uint slot = pixel * samples + k, sample = part.first[pixel] + first_sample + k;
       int valid = is_addable(b.red[slot]) & is_addable(b.green[slot]) & is_addable(b.blue[slot]) & is_addable(b.alpha[slot]);
       if (params.cut_plane) valid &= is_addable(b.cut[0][slot]) & is_addable(b.cut[1][slot]);
       if (valid) {
@@ -165,16 +167,54 @@ static void accumulate_batch(const Batch &b, Params params, Tile tile, uint firs
   }
 }
 
-/* Tiles are squares, larger where a pixel has few samples, so that batches are full. */
-static int tile_side(uint samples) { return samples >= 16 ? 8 : samples >= 4 ? 16 : 32; }
+/* How an item's pixels are cut into parts. A region's are squares, larger where a pixel has few samples, so that batches
+ * are full; of a list, whose neighbours are near each other, as many as fill one batch. */
+struct Cut {
+  Params params;
+  const ListedPixel *list; /* nullptr: a region */
+  int side = 0, columns = 0, parts = 0;
+  uint together = 0; /* listed pixels of a part */
 
-static void render_tile(Batch &__restrict b, Scene s, Params params, Tile tile, float *sums, std::vector<Group> &groups,
-                        const std::atomic<int> *cancelled) {
-  uint pixels = uint(tile.width * tile.height);
-  uint step = std::max(1u, CAPACITY / pixels);
+  explicit Cut(const void *item) : params(*static_cast<const Params *>(item)), list(nullptr) {
+    uint samples = params.samples;
+    if (params.listed) {
+      list = reinterpret_cast<const ListedPixel *>(static_cast<const Params *>(item) + 1);
+      together = std::max(1u, CAPACITY / samples);
+      parts = int((uint(params.width) + together - 1) / together);
+    } else {
+      side = samples >= 16 ? 8 : samples >= 4 ? 16 : 32;
+      columns = (params.width + side - 1) / side;
+      parts = columns * ((params.height + side - 1) / side);
+    }
+  }
+
+  void fill(Part &part, int number) const {
+    part.pixels = 0;
+    auto add = [&](int column, int row, uint first, uint at) {
+      uint k = part.pixels++;
+      part.column[k] = column;
+      part.row[k] = row;
+      part.first[k] = first;
+      part.at[k] = at;
+    };
+    if (list) {
+      uint begin = uint(number) * together, end = std::min(begin + together, uint(params.width));
+      for (uint at = begin; at < end; at++) add(list[at].x, list[at].y, list[at].first, at);
+      return;
+    }
+    int x = (number % columns) * side, y = (number / columns) * side;
+    for (int row = y; row < std::min(y + side, params.height); row++)
+      for (int column = x; column < std::min(x + side, params.width); column++)
+        add(column, row, 0, uint(row) * uint(params.width) + uint(column));
+  }
+};
+
+static void render_part(Batch &__restrict b, Scene s, Params params, const Part &part, float *sums,
+                        std::vector<Group> &groups, const std::atomic<int> *cancelled) {
+  uint step = std::max(1u, CAPACITY / part.pixels);
   for (uint done = 0; done < params.samples; done += step) {
     uint samples = std::min(step, params.samples - done);
-    generate_batch(b, s, params, tile, params.first_sample + done, samples);
+    generate_batch(b, s, params, part, params.first_sample + done, samples);
     std::fill(b.alive, b.alive + b.count, 1u);
     for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
       if (cancelled->load(std::memory_order_relaxed)) return;
@@ -183,7 +223,7 @@ static void render_tile(Batch &__restrict b, Scene s, Params params, Tile tile, 
       std::fill(b.alive, b.alive + b.count, 1u);
       shade_batch(b, s, params, groups);
     }
-    accumulate_batch(b, params, tile, params.first_sample + done, samples, sums);
+    accumulate_batch(b, params, part, params.first_sample + done, samples, sums);
   }
 }
 
@@ -197,23 +237,21 @@ static Scene make_scene(const void *const *pointers, const WideTree *tree) {
   return s;
 }
 
-bool render(const void *const *scene, const WideTree *tree, const void *settings, int threads, float *sums,
+bool render(const void *const *scene, const WideTree *tree, const void *item, int threads, float *sums,
             uint64_t *rays, uint64_t *limits, const std::atomic<int> *cancelled) {
   Scene s = make_scene(scene, tree);
-  Params params = *static_cast<const Params *>(settings);
-  int side = tile_side(params.samples);
-  int columns = (params.width + side - 1) / side, rows = (params.height + side - 1) / side;
+  Cut cut(item);
 #pragma omp parallel num_threads(threads)
   {
     FlushGuard guard;
     auto batch = std::make_unique<Batch>();
+    auto part = std::make_unique<Part>();
     std::vector<Group> groups;
 #pragma omp for schedule(dynamic, 1)
-    for (int t = 0; t < columns * rows; t++) {
+    for (int t = 0; t < cut.parts; t++) {
       if (cancelled->load(std::memory_order_relaxed)) continue;
-      int x = (t % columns) * side, y = (t / columns) * side;
-      Tile tile{x, y, std::min(side, params.width - x), std::min(side, params.height - y)};
-      render_tile(*batch, s, params, tile, sums, groups, cancelled);
+      cut.fill(*part, t);
+      render_part(*batch, s, cut.params, *part, sums, groups, cancelled);
     }
 #pragma omp critical
     {

@@ -8,7 +8,8 @@
 
 namespace isophote {
 
-/* scene: one pointer for each entry of SCENE_BUFFERS, in its order; tree: made of them. params: a Params. sums: planes of
+/* scene: one pointer for each entry of SCENE_BUFFERS, in its order; tree: made of them. params: a Params
+ * and its listed pixels. sums: planes of
  * width x height floats (kernels/params.h), to which samples are added in their order. rays: paths' rays and
  * shadow rays, to which those traced are added; limits: paths that each of the LIMITS has ended, likewise.
  * Returns false where it was cancelled; sums then hold no complete result. */

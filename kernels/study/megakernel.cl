@@ -3,7 +3,7 @@ __kernel void megakernel(SCENE_PARAMETERS, RESULT_PARAMETERS, uint stride, uint 
   MAKE_SCENE
   uint i = get_global_id(0);
   if (i >= count) return;
-  Path p = start_path(s, params, results, aovs, stride, first_pixel, i);
+  Path p = start_path(s, params_buffer, results, aovs, stride, first_pixel, i);
   for (int alive = 1; alive;) {
     Shaded r = shade_path(s, params, p, trace(s, path_ray(p), 0), results, aovs, limits, stride);
     if (r.connected) {

@@ -8,7 +8,7 @@ __kernel void start_slots(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, 
   MAKE_SCENE
   uint i = get_global_id(0);
   if (i >= count) return;
-  store_path(reals, uints, stride, i, start_path(s, params, results, aovs, stride, first_pixel, i));
+  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, aovs, stride, first_pixel, i));
   queue[i] = i;
 }
 
@@ -121,7 +121,7 @@ __kernel void regenerate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, u
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     if (wants && first + rank < samples) {
-      store_path(reals, uints, stride, k, start_path(s, params, results, aovs, result_stride, first_pixel, first + rank));
+      store_path(reals, uints, stride, k, start_path(s, params_buffer, results, aovs, result_stride, first_pixel, first + rank));
       queue[k] = k;
     }
   }

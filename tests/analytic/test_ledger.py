@@ -52,7 +52,7 @@ def test_devices_agree_on_what_was_cut_and_ended():
     scene, settings = SCENES["closures"](), dict(max_bounces=4, transparent_bounces=1, **CLAMPED)
     a, b = (render(scene, 16, **settings, **DEVICES[device]) for device in ("openmp", "opencl"))
     assert all((a.sum(plane) == b.sum(plane)).all() for plane in range(a.planes))
-    assert (a.limits == b.limits).all() and a.limits[[0, 4]].min() > 0
+    assert (a.ended == b.ended).all() and a.ended[[0, 4]].min() > 0
 
 
 def test_intervals_of_what_clamping_takes_hold():
@@ -105,9 +105,9 @@ def test_counts_of_limits_are_kept_and_merge(tmp_path):
     film = render(room(), 64, max_bounces=1)
     film.save(tmp_path / "film.npz", "scene", settings.fingerprint())
     again = load_film(tmp_path / "film.npz", "scene", settings.fingerprint())
-    assert (again.limits == film.limits).all() and film.limits[0] > 0
+    assert (again.ended == film.ended).all() and film.ended[0] > 0
     again.first, again.end = 64, 128
-    assert (merge([again, film]).limits == 2 * film.limits).all()
+    assert (merge([again, film]).ended == 2 * film.ended).all()
 
 
 def test_fast_precision_is_measured_by_pairs():

@@ -39,27 +39,29 @@ def hashed(*keys) -> np.ndarray:
     return (h >> np.uint64(11)).astype(np.float64) * 2.0**-53 + 2.0**-54
 
 
-def radiance(region, sample: int, seed: int, planes: int) -> np.ndarray:
-    """What one sample adds to the planes of a region, float32 (planes, h, w); the mean of RGB is x + 1."""
+def radiance(region, sample: int, seed: int, planes: int, pixels=None) -> np.ndarray:
+    """What one sample adds to the planes of a region or of a WorkItem's pixels, float32 (planes, h, w); the
+    mean of RGB is x + 1."""
     x0, y0, x1, y1 = region
     y, x = np.mgrid[y0:y1, x0:x1]
     values = np.zeros((planes, y1 - y0, x1 - x0), np.float32)
     first = 4 * (sample & 1)
+    if pixels is not None:
+        x, y, sample = (column[None] for column in (pixels + [0, 0, sample]).T)
     for channel in range(3):
         values[first + channel] = -(x + 1) * np.log(hashed(x, y, sample, seed, channel))
     values[first + 3] = 1.0
     if planes >= AOV_PLANES:
         values[10:16] = hashed(x, y, sample, seed, np.arange(6)[:, None, None] + 10)
-        if sample == 0:
-            values[9] = x + 10.0
-            values[16:19] = np.stack([x, y, x + y])
+        values[9] = (x + 10.0) * (sample == 0)
+        values[16:19] = np.stack([x, y, x + y]) * (sample == 0)
     return values
 
 
 class NoiseDevice:
     """`fail_after`: samples after which render raises; `on_sample` is called before each; `delay` seconds a sample."""
 
-    driver, strict, compile_seconds, kernels_from, notes, memory, limits = "numpy", True, 0.0, "", (), {}, 0
+    driver, strict, compile_seconds, kernels_from, notes, memory, ended = "numpy", True, 0.0, "", (), {}, 0
 
     def __init__(self, settings=None, kind="openmp", fail_after=None, on_sample=None, delay=0.0, planes_seen=None):
         self.name, self.kind = f"noise {kind}", kind
@@ -78,7 +80,8 @@ class NoiseDevice:
         self.items.append(item)
         part = sums.copy()  # a failure leaves sums as they were
         for count in range(item.samples):
-            sample = item.first_sample + count
+            offset = item.first_sample + count
+            sample = offset + (0 if item.pixels is None else int(item.pixels[:, 2].max()))
             if self.on_sample:
                 self.on_sample(sample)
             if cancelled():
@@ -87,7 +90,7 @@ class NoiseDevice:
             if self.fail_after is not None and sample >= self.fail_after:
                 raise DeviceError("the driver reset")
             time.sleep(self.delay)
-            part += radiance(item.region, sample, settings.seed, len(sums))
+            part += radiance(item.region, offset, settings.seed, len(sums), item.pixels)
         sums[:] = part
         return item.samples
 

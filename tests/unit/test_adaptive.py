@@ -1,0 +1,266 @@
+"""Adaptive sampling: pixels of a film may have different numbers of samples, which other pixels decide."""
+
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from noise_device import NoiseDevice, radiance, tiny_scene
+from test_session import bits, rendered
+from test_session import settings as of
+
+from isophote.adaptive import GROWTH, next_limits, price_of, wanted_samples
+from isophote.confidence import SHARE, claim_of
+from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
+from isophote.passes import PASSES, make_passes
+from isophote.schedule import BLOCK
+from isophote.session import Session
+from isophote.settings import Settings
+from isophote.statistics import Luminance
+
+REGION = (3, 2, 16, 13)
+PRINT = Settings().fingerprint()
+TARGET = dict(samples=100_000, error_target=0.06)  # beyond the pilot
+pytestmark = pytest.mark.usefixtures("engine")
+
+
+def add(film, samples, step=16):
+    """Add so many samples to the pixels whose turn it is."""
+    while samples:
+        count = min(samples, step, BLOCK - film.open_samples)
+        if film.listed is None:
+            parts = [radiance(film.region, film.end + k, 0, film.planes) for k in range(count)]
+        else:
+            item = film.listed_item(count)
+            parts = [radiance(item.region, item.first_sample + k, 0, film.planes, item.pixels) for k in range(count)]
+        for part in parts:
+            film.open[:] += part
+        film.add_samples(count)
+        samples -= count
+    return film
+
+
+def uneven(limits, first=0, step=16, film=None):
+    """A film whose pixels go on to their limits."""
+    film = film or add(Film(REGION, AOV_PLANES, first), BLOCK, step)
+    film.allow(limits)
+    while not film.settled:
+        add(film, BLOCK, step)
+    return film
+
+
+def some_limits(seed=3):
+    rng = np.random.default_rng(seed)
+    return BLOCK * rng.integers(1, 6, (REGION[3] - REGION[1], REGION[2] - REGION[0]))
+
+
+def test_each_pixel_has_the_bits_of_a_film_of_its_own_number():
+    limits = some_limits()
+    film = uneven(limits)
+    assert (film.counts == limits).all() and film.most_samples == limits.max()
+    assert film.samples == int(limits.mean())
+    assert (make_passes(film, ["sample_count"])["Sample Count"][..., 0] == limits).all()
+    lean = tuple(name for name in PASSES if name != "error")  # pooled over pixels
+    made = make_passes(film, lean)
+    for count in np.unique(limits):
+        even = make_passes(add(Film(REGION, AOV_PLANES), int(count)), lean)
+        for name in made:
+            assert (made[name] == even[name])[limits == count].all(), name
+
+
+def test_replicates_of_uneven_films_are_counted():
+    film = uneven(some_limits())
+    add(film_allowed(film), 5)
+    even, odd = film.replicate_samples
+    assert (even + odd == film.counts).all() and ((even - odd) == film.counts % 2).all()
+
+
+def film_allowed(film):
+    film.allow(film.ends + BLOCK * (np.indices(film.shape).sum(0) % 2))
+    return film
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.integers(1, BLOCK), st.integers(1, 3))
+def test_steps_do_not_matter(step, seed):
+    assert bits(uneven(some_limits(seed), step=step)) == bits(uneven(some_limits(seed)))
+
+
+@pytest.mark.parametrize("part", [0, 17, BLOCK, BLOCK + 40])
+def test_a_checkpoint_within_a_block_goes_on(tmp_path, part):
+    limits, film = some_limits(), add(Film(REGION, AOV_PLANES), BLOCK)
+    film.allow(limits)
+    add(film, part).save(tmp_path / "film.npz", "scene", PRINT)
+    film = load_film(tmp_path / "film.npz", "scene", PRINT)
+    while not film.settled:
+        add(film, 1)
+    assert bits(film) == bits(uneven(limits))
+
+
+def test_parts_of_uneven_films_merge():
+    limits = some_limits()
+    begin = add(Film(REGION, AOV_PLANES), BLOCK)
+    left = np.where(np.arange(limits.shape[1]) < 5, limits, BLOCK)
+    right = np.where(np.arange(limits.shape[1]) < 5, BLOCK, limits)
+    full = np.full(limits.shape, BLOCK)
+    parts = [begin] + [uneven(half, film=Film(REGION, AOV_PLANES, full)) for half in (left, right)]
+    more = uneven(limits + BLOCK, film=Film(REGION, AOV_PLANES, limits))
+    whole = bits(uneven(limits + BLOCK))
+    assert bits(merge([more, *parts])) == bits(merge([merge(parts), more])) == whole
+    with pytest.raises(FilmError, match="gap"):
+        merge([parts[0], parts[1], more])
+    with pytest.raises(FilmError, match="overlap"):
+        merge([*parts, parts[1]])
+    with pytest.raises(FilmError, match="between blocks only"):
+        merge([begin, add(film_allowed(Film(REGION, AOV_PLANES, full)), 3)])
+
+
+@pytest.mark.parametrize("misuse", [
+    lambda film: add(film, 3).allow(some_limits()), lambda film: film.allow(some_limits() + 1),
+    lambda film: film.allow(some_limits()[1:]), lambda film: Film(REGION, film.planes, np.full((11, 13), 3))])
+def test_misuse_is_refused(misuse):
+    with pytest.raises(FilmError):
+        misuse(Film(REGION, COMBINED_PLANES))
+
+
+def noisy(shape=(40, 48), seed=1):
+    """A film of two blocks: calm to the left, rough to the right."""
+    film, rng = Film((0, 0, shape[1], shape[0]), COMBINED_PLANES), np.random.default_rng(seed)
+    rough = np.where(np.arange(shape[1]) < shape[1] // 2, 0.2, 2.0)
+    for _ in range(2):
+        film.open[:8] = BLOCK / 2 * (1.0 + rough * rng.standard_normal((8, *shape)) / np.sqrt(BLOCK / 2))
+        film.add_samples(BLOCK)
+    return film
+
+
+def test_no_pixel_has_a_say_in_its_own_number():
+    film = noisy()
+    before = next_limits(film, 0.02, 1 << 20)
+    for row, column in ((3, 30), (20, 5), (0, 0), (39, 47)):
+        other = noisy()
+        for plane in range(3):
+            other.totals[plane].hi[row, column] += 1e4
+        after = next_limits(other, 0.02, 1 << 20)
+        assert (after[row % 2::2] == before[row % 2::2]).all()
+        assert (after != before).any()
+
+
+def test_samples_go_where_noise_is():
+    film = noisy()
+    limits = next_limits(film, 0.02, 1 << 20)
+    assert GROWTH[0] <= limits.mean() / film.samples <= 1.05 * GROWTH[1]
+    assert (limits % BLOCK == 0).all() and limits.min() >= 2 * BLOCK
+    assert (limits[:, 32:] > 2 * BLOCK).mean() > 0.2 and (limits[:, :16] == 2 * BLOCK).all()
+
+
+def test_decisions_end_at_the_most_samples():
+    film = noisy((5, 7))
+    for _ in range(100):
+        if np.all(film.now() == 6 * BLOCK):
+            break
+        film.allow(next_limits(film, 1e-3, 6 * BLOCK + 30))
+        while not film.settled:
+            film.open[:] = np.random.default_rng(0).random(film.open.shape)
+            film.add_samples(BLOCK)
+    assert (film.now() == 6 * BLOCK).all()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2), (3, 17)])
+@pytest.mark.parametrize("value", [0.0, 1.0, np.inf])
+def test_small_black_calm_and_broken_pictures_get_their_samples(shape, value):
+    film = Film((3, 5, 3 + shape[1], 5 + shape[0]), COMBINED_PLANES)
+    film.open[:] = value
+    film.add_samples(BLOCK)
+    with np.errstate(invalid="ignore"):
+        limits = next_limits(film, 0.01, 1 << 20)
+    assert (limits % BLOCK == 0).all() and limits.sum() > BLOCK * limits.size
+
+
+def test_the_price_leaves_the_wanted_share_within_the_error():
+    k = np.exp(np.random.default_rng(5).normal(4.0, 1.5, (200, 200)))
+    wanted = wanted_samples_of(k)
+    z = np.random.default_rng(6).standard_normal(k.shape)
+    assert abs((np.abs(z) * np.sqrt(k / wanted) < 1.0).mean() - SHARE) < 0.004
+    assert price_of(k) * 4 == pytest.approx(price_of(k / 4), rel=0.05)
+
+
+def wanted_samples_of(k):
+    from isophote.adaptive import X, at_price
+
+    return k * X[at_price(price_of(k), k)]
+
+
+def test_wanted_samples_scale_with_the_error():
+    seen = Luminance(np.ones((16, 24)), np.random.default_rng(2).chisquare(1, (16, 24)), (0, 0))
+    counts = np.full((16, 24), 64)
+    ratio = wanted_samples(seen, counts, 0.1) / wanted_samples(seen, counts, 0.2)
+    assert np.allclose(ratio, 4.0, rtol=0.1)
+
+
+# ------------------------------------------------------------------ sessions
+
+
+def test_a_render_reaches_its_error_and_says_how_many_samples_it_took():
+    session = rendered(**TARGET)
+    result = session.result()
+    assert result["why_stopped"] == "error" and result["error_95"] <= 0.06
+    assert result["most_samples"] > result["samples"] == session.film.samples > BLOCK
+    assert claim_of(session.film).most.value == result["error_95"]
+
+
+@pytest.mark.parametrize("step", [1, 64])
+def test_items_and_restarts_do_not_change_the_bits(monkeypatch, tmp_path, step):
+    whole = rendered(**TARGET)
+    monkeypatch.setattr("isophote.session.choose_step", lambda seconds: step)
+    other = rendered(**TARGET)
+    assert bits(other.film) == bits(whole.film)
+    part = Session(tiny_scene(), of(**TARGET), NoiseDevice())
+    for _ in range(600 if step == 1 else 20):
+        part.step()
+    assert part.film.ends is not None and not part.why_stopped
+    part.film.save(tmp_path / "film.npz", part.scene_hash, part.settings.fingerprint())
+    film = load_film(tmp_path / "film.npz", part.scene_hash, of(**TARGET).fingerprint())
+    resumed = Session(tiny_scene(), of(**TARGET), NoiseDevice(), film)
+    resumed.run()
+    assert bits(film) == bits(whole.film)
+
+
+def test_samples_are_the_most_that_a_pixel_gets():
+    session = rendered(400, error_target=1e-4)
+    assert session.why_stopped == "samples" and (session.film.counts == 384).all()
+
+
+def test_uniform_renders_give_every_pixel_as_many():
+    session = rendered(adaptive=False, **TARGET)
+    assert session.film.ends is None and session.result()["most_samples"] == session.result()["samples"]
+
+
+def test_an_uneven_film_is_levelled_without_a_wanted_error():
+    film = rendered(**TARGET).film
+    session = Session(tiny_scene(), of(film.most_samples + BLOCK), NoiseDevice(), film)
+    session.run()
+    assert len(np.unique(film.counts)) == 1 and session.why_stopped == "samples"
+
+
+def test_cancelled_and_failed_renders_know_their_samples():
+    session = Session(tiny_scene(), of(samples=100_000, error_target=1e-3), NoiseDevice(delay=0.001))
+    threading.Timer(0.5, session.cancel).start()
+    assert session.run().why_stopped == "cancelled" and session.film.ends is not None
+    film = session.film
+    made = make_passes(film, ["combined"])["Combined"]
+    for count in np.unique(film.counts):
+        even = make_passes(rendered(int(count)).film, ["combined"])["Combined"]
+        assert (made == even)[film.counts == count].all()
+
+
+def test_the_cpu_goes_on_where_a_device_fails():
+    failing = NoiseDevice(kind="opencl", fail_after=150)
+    session = Session(tiny_scene(), of(**TARGET), failing)
+    session.run()
+    assert failing.closed and bits(session.film) == bits(rendered(**TARGET).film)
+    assert sum(session.result()["samples_by_device"].values()) == pytest.approx(session.film.samples, abs=1)
+
+
+def test_whether_it_was_adaptive_is_no_setting_of_the_samples():
+    assert Settings(adaptive=False).fingerprint() == Settings().fingerprint()
