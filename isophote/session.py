@@ -209,7 +209,7 @@ class Session:
             drawn = self._samples_by_device
             drawn[self.device.name] = drawn.get(self.device.name, 0) + added
         self._own_samples += added
-        film.add_samples(added, self.device.limits)
+        film.add_samples(added, self.device.limits if added else 0)
         self.hash_scene()
 
     def fall_back(self, error: DeviceError) -> None:

@@ -19,7 +19,7 @@ typedef struct {
 #define load3(p) make_real3(to_real((p).x), to_real((p).y), to_real((p).z))
 
 FN real dot3(real3 a, real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-/* Strict in fast builds, too: fused, equal products would leave a rest, and with its sign normals and frames turn over. */
+/* Strict in fast builds too: fused, equal products leave a rest, and with its sign normals and frames turn over. */
 FN real3 cross3(real3 a, real3 b) {
   STRICT_FP
   return make_real3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
