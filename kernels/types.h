@@ -35,7 +35,7 @@ FN real3 select3(int c, real3 a, real3 b) {
 FN real square(real x) { return x * x; }
 FN real clamp01(real x) { return min_real(max_real(x, REAL(0.0)), REAL(1.0)); }
 FN real safe_sqrt(real x) { return sqrt(max_real(x, REAL(0.0))); }
-/* Rec. 709 luminance: used for probabilities only, never for the picture. */
+/* Rec. 709 luminance: for probabilities and the ledger, never for the picture. */
 FN real luminance(real3 c) { return REAL(0.2126) * c.x + REAL(0.7152) * c.y + REAL(0.0722) * c.z; }
 
 /* An orthonormal frame; z is the shading normal. */
