@@ -246,7 +246,7 @@ class Session:
             self._sample_seconds = (time.perf_counter() - before) * self.pixels / paths
             drawn = self._paths_by_device
             drawn[self.device.name] = drawn.get(self.device.name, 0) + paths
-        film.add_samples(added, self.device.ended)
+        film.add_samples(added, self.device.ended if added else 0)
         self.hash_scene()
 
     def fall_back(self, error: DeviceError) -> None:

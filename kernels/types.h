@@ -19,7 +19,9 @@ typedef struct {
 #define load3(p) make_real3(to_real((p).x), to_real((p).y), to_real((p).z))
 
 FN real dot3(real3 a, real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+/* Strict in fast builds too: fused, equal products leave a rest, and with its sign normals and frames turn over. */
 FN real3 cross3(real3 a, real3 b) {
+  STRICT_FP
   return make_real3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 FN real3 abs3(real3 a) { return make_real3(fabs(a.x), fabs(a.y), fabs(a.z)); }
@@ -33,7 +35,7 @@ FN real3 select3(int c, real3 a, real3 b) {
 FN real square(real x) { return x * x; }
 FN real clamp01(real x) { return min_real(max_real(x, REAL(0.0)), REAL(1.0)); }
 FN real safe_sqrt(real x) { return sqrt(max_real(x, REAL(0.0))); }
-/* Rec. 709 luminance: used for probabilities only, never for the picture. */
+/* Rec. 709 luminance: for probabilities and the ledger, never for the picture. */
 FN real luminance(real3 c) { return REAL(0.2126) * c.x + REAL(0.7152) * c.y + REAL(0.0722) * c.z; }
 
 /* An orthonormal frame; z is the shading normal. */

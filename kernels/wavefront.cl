@@ -4,7 +4,7 @@
  * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
  * stay on the device. A launch has at least as many work-items as its queue is long.
  * The host defines SCENE_FEATURES, CLOSURES_USED and CLAMPS, so that what the scene lacks is not compiled.
- * limits[k] counts the paths of a pass that the k-th bounce limit has ended, behind them are the 64-bit sums of passes. */
+ * limits[k] counts the paths of a pass that the k-th bounce limit has ended; behind are the 64-bit sums of passes. */
 #include "stages.h"
 
 #define SCENE_PARAMETERS \

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from isophote.bias import measured_ledger
 from isophote.cli import cli
 from isophote.film import LIMITS, load_film, merge
-from isophote.ledger import CLAMPS, ledger_lines, ledger_of
+from isophote.ledger import CLAMPS, described, entry, ledger_lines, ledger_of
 from isophote.scene import save_scene
 from isophote.settings import Settings
 from isophote.statistics import LUMINANCE, weighted_sums
@@ -30,8 +30,8 @@ def entries_of(film, **settings):
     return {entry["switch"]: entry for entry in ledger_of(film, Settings(**settings), [])}
 
 
-@pytest.mark.parametrize("device", DEVICES)
-@pytest.mark.parametrize("name", ["lamps", "closures"])
+@pytest.mark.parametrize("name,device", [("lamps", "openmp"), ("closures", "openmp"), ("closures", "opencl"),
+                                         ("lamps", "reference"), ("closures", "reference")])
 def test_clamped_light_and_what_was_cut_off_are_the_unclamped_light(name, device):
     """Each pixel and replicate, to rounding: the same seed gives the same paths."""
     scene, settings = SCENES[name](), DEVICES[device] | dict(seed=3, max_bounces=6)
@@ -135,8 +135,22 @@ def test_the_command_measures_it(tmp_path):
     options = ("ledger", tmp_path / "room.npz", "--samples", 8, "--pairs", 3, "--diffuse-bounces", 1, "--threads", 1)
     result = json.loads(run(*options, "--json").stdout)
     assert (result["width"], result["samples"], result["pairs"]) == (16, 8, 3)
-    entry = next(entry for entry in result["ledger"] if entry["switch"] == "diffuse_bounces")
-    assert entry["setting"] == 1 and entry["status"] == "measured" and 0.2 < entry["removed"] < 0.9
+    found = next(one for one in result["ledger"] if one["switch"] == "diffuse_bounces")
+    assert found["setting"] == 1 and found["status"] == "measured" and 0.2 < found["removed"] < 0.9
     told = run(*options).stdout
     assert "measured   3 pairs of 16 x 16 pixels" in told and "The limit of 1 diffuse bounces ended" in told
     assert run("ledger", tmp_path / "room.npz", "--pairs", 2).exit_code == 2
+
+
+def test_sentences():
+    def said(switch, setting, status, **more):
+        return described(entry(switch, setting, status, **more))
+
+    assert said("diffuse_bounces", 4, "measured", removed=0.032, interval=[0.031, 0.033], paths=0.09) == (
+        "The limit of 4 diffuse bounces ended 9 % of the paths and took 3.2 % of the light (95 %: 3.1 % to 3.3 %)")
+    assert said("clamp_direct", 10.0, "rendered", removed=0.01) == "Clamping direct light at 10 took 1 % of the light"
+    assert said("precision", "fast", "not measured", how="do X") == (
+        "Fast precision: the light that is missing was not measured (do X)")
+    assert said("invalid_samples", "count as 0", "not measured", samples=3, pixels=2, how="look") == (
+        "Invalid samples (3 in 2 pixels, they count as 0); the light that is missing was not measured (look)")
+    assert said("left_out", "light 'Lamp': a texture", "not measured") == "Left out: light 'Lamp': a texture"
