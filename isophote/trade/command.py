@@ -18,9 +18,9 @@ from isophote.render_command import LINE_SECONDS, Interrupted, open_scene, with_
 from isophote.render_command import Job as RenderJob
 from isophote.scene import Scene, resized
 from isophote.settings import Settings
+from isophote.trade.plan import reduced
 from isophote.trade.report import Job, Status, make_report
 
-LONGEST = 256  # pixels, of the longer side where no size is given
 UNITS = {"": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
 
 
@@ -40,12 +40,6 @@ class Duration(click.ParamType):
         if not 0.0 < seconds < float("inf"):
             self.fail(f"{value!r} is no time above 0", param, ctx)
         return seconds
-
-
-def reduced(size: tuple[int, int], longest: int = LONGEST) -> tuple[int, int]:
-    """The size shrunk until its longer side is at most `longest`."""
-    scale = min(1.0, longest / max(size))
-    return max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
 
 
 def trade_job(path: Path, folder: Path, size, frame, blender, devices: tuple[str, ...], console: Console,

@@ -24,6 +24,7 @@ SNAPSHOTS = 4  # pictures a run, each at four times the samples of the one befor
 TOO_SLOW = 8.0  # times the seconds of the user's settings: such choices are named and left out
 FLOAT64_WORTH = 1.5  # times the seconds of strict: up to there the truth is rendered in float64
 REFERENCE_SEED = 1_000_000  # of the first piece of the reference
+LONGEST = 256  # pixels, of the longer side where no size is given
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,12 @@ class Plan:
     piece: int  # samples of a piece of the reference
     pilot_seconds: float
     notes: list[dict] = field(default_factory=list)
+
+
+def reduced(size: tuple[int, int], longest: int = LONGEST) -> tuple[int, int]:
+    """The size shrunk until its longer side is at most `longest`."""
+    scale = min(1.0, longest / max(size))
+    return max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
 
 
 def snapshots(samples: int) -> list[int]:

@@ -16,10 +16,9 @@ from isophote.images import read_image
 from isophote.scene import save_scene
 from isophote.settings import Settings
 from isophote.trade import grid, plan
-from isophote.trade.command import reduced
 from isophote.trade.grid import BASE, TRUTH, make_grid, plain_settings, truth_of
 from isophote.trade.pictures import difference, write_picture
-from isophote.trade.plan import Cost, choose_samples, drop_slow, snapshots
+from isophote.trade.plan import Cost, choose_samples, drop_slow, reduced, snapshots
 from isophote.trade.report import Job, make_report
 from isophote.trade.runs import Cancelled, TradeError
 
