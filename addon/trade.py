@@ -74,9 +74,10 @@ def start(scene, folder: Path, seconds: float, longest: int, anew: bool) -> Repo
 
 
 def read(report: Report) -> None:
-    """Every line of the process, and None at its end."""
+    """Pass on every line of the process, and None when it has ended."""
     for line in report.process.stdout:
         report.lines.put(line.rstrip("\n"))
+    report.process.wait()
     report.lines.put(None)
 
 
@@ -88,8 +89,7 @@ def update(report: Report) -> None:
         except queue.Empty:
             return
         if line is None:
-            status = report.process.wait()
-            report.error = f"Blender ended with status {status}: " + " | ".join(report.log[-TAIL:])
+            report.error = f"Blender ended with status {report.process.returncode}: " + " | ".join(report.log[-TAIL:])
         elif not line.startswith(TRADE_MARK):
             report.log.append(line)
         else:

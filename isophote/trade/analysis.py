@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isophote.confidence import FLOOR as DARK
+from isophote.confidence import SHARE, near
 from isophote.statistics import LUMINANCE, sums_over_tiles
 from isophote.trade.grid import BASE, Choice
 from isophote.trade.intervals import Interval, corrected_level, interval_of, log_jackknife, student_quantile
@@ -69,7 +70,8 @@ class Measured:
     chance for all choices together), `bias` and `tile_bias` (from the truth, rms over pixels and over tiles). From the
     user's settings, or for those from the truth: `shift` (rms over pixels), `worst_tile` (the largest change of the
     tiles where it is beyond chance, None where there is none), `tiles_off` (their share), `change` (picture of it, mean
-    over the seeds, (h, w, 3)). `same_bits` as the user's settings.
+    over the seeds, (h, w, 3)). `same_bits` as the user's settings. `within`: 95 % of the pixels are within this of
+    their brightness (the median seed), and those of the user's settings within `base_within`.
     """
 
     choice: Choice
@@ -91,6 +93,8 @@ class Measured:
     worst_tile: float | None
     tiles_off: float
     same_bits: bool
+    within: float
+    base_within: float
     change: np.ndarray
     info: dict
 
@@ -161,6 +165,13 @@ def differences(a: Replicates, b: Replicates) -> np.ndarray:
     return a.pictures[in_a, -1].astype(np.float64) - b.pictures[in_b, -1]
 
 
+def within(own: Replicates, reference: Reference) -> float:
+    """The relative error of the luminance that 95 % of the pixels keep, at the most samples; of the median seed."""
+    true = luminance(reference.picture)
+    off = np.abs(luminance(own.pictures[:, -1]) - true) / np.maximum(near(true, np.add) / 9.0, DARK * true.mean())
+    return float(np.median([np.quantile(one, SHARE) for one in off]))
+
+
 def in_tiles(change: np.ndarray, reference: Reference) -> np.ndarray:
     """Luminance of (K, h, w, 3) in tiles, (K, rows, columns), relative to the tile's own, dark ones lifted."""
     count = sums_over_tiles(np.ones(reference.picture.shape[:2]))
@@ -212,5 +223,6 @@ def measure_one(own: Replicates, base: Replicates, truth: Replicates, reference:
         error, interval_of(times).map(lambda x: math.exp(min(x, 700.0))), ratio.map(math.sqrt), light, light_found,
         light_bias, bias_found, math.sqrt(max(0.0, bias)), tile_bias, math.sqrt(max(0.0, offset(change, below)[0])),
         worst_tile, tiles_off,
-        bool(np.array_equal(own.pictures[in_own], base.pictures[in_base])), change.mean(axis=0), own.info)
+        bool(np.array_equal(own.pictures[in_own], base.pictures[in_base])), within(own, reference),
+        within(base, reference), change.mean(axis=0), own.info)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields, replace
 from isophote.settings import Settings
 
 NO_LIMIT = 128  # bounces of the truth: roulette ends paths long before
-BASE, TRUTH = "base", "truth"
+BASE, TRUTH, ADAPTIVE = "base", "truth", "adaptive"
 FIELDS = {field.name for field in fields(Settings)}
 BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
 
@@ -92,17 +92,13 @@ def clamp_choices(base: Settings) -> list[Choice]:
 
 
 def other_choices(base: Settings) -> list[Choice]:
-    """Filter and precision; adaptive sampling and the size of textures where this version has such settings."""
+    """Filter and precision, and the size of textures where this version has such a setting."""
     made = [Choice(f"filter_width={width:g}", "Filter", f"Filter {width:g} pixels wide",
                    replace(base, filter_width=width)) for width in (1.0, 2.5) if width != base.filter_width]
     names = {"strict": "Strict precision", "fast": "Fast precision", "reference": "64-bit precision"}
     for precision, label in names.items():
         if precision != base.precision and (precision != "reference" or base.device == "openmp"):
             made.append(Choice(f"precision={precision}", "Precision", label, replace(base, precision=precision)))
-    if "adaptive" in FIELDS:
-        label = "Every pixel the same samples" if base.adaptive else "Adaptive sampling"
-        made.append(Choice(f"adaptive={not base.adaptive}", "Adaptive sampling", label,
-                           replace(base, adaptive=not base.adaptive)))
     if "texture_scale" in FIELDS:
         for scale in (0.5, 0.25):
             if scale < base.texture_scale:
@@ -110,3 +106,9 @@ def other_choices(base: Settings) -> list[Choice]:
                 smaller = replace(base, texture_scale=scale)
                 made.append(Choice(f"texture_scale={scale:g}", "Textures", label, smaller, True))
     return made
+
+
+def adaptive_choice(base: Settings, target: float) -> Choice:
+    """Adaptive sampling until `target` is reached, the error (confidence.error_95) of a run of the others."""
+    settings = replace(base, adaptive=True, error_target=target)
+    return Choice(ADAPTIVE, "Adaptive sampling", f"Adaptive sampling to {100 * target:.3g} % error", settings)

@@ -23,6 +23,7 @@ FEWEST_SAMPLES, MOST_SAMPLES = 4, 4096
 SNAPSHOTS = 4  # pictures a run, each at four times the samples of the one before
 TOO_SLOW = 8.0  # times the seconds of the user's settings: such choices are named and left out
 FLOAT64_WORTH = 1.5  # times the seconds of strict: up to there the truth is rendered in float64
+FEWEST_ADAPTIVE, ADAPTIVE_ROOM = 128, 16  # samples a run from which it is worth a try; times those it may take
 REFERENCE_SEED = 1_000_000  # of the first piece of the reference
 LONGEST = 256  # pixels, of the longer side where no size is given
 
@@ -51,6 +52,7 @@ class Plan:
     counts: list[int]
     piece: int  # samples of a piece of the reference
     pilot_seconds: float
+    target: float = 0.0  # the error to which adaptive sampling renders, 0: it is not tried
     notes: list[dict] = field(default_factory=list)
 
 

@@ -15,14 +15,27 @@ from pathlib import Path
 
 import numpy as np
 
+from isophote.device import DeviceError
 from isophote.scene import Scene
 from isophote.settings import Settings
 from isophote.trade import pictures as drawing
 from isophote.trade.advice import advise
 from isophote.trade.analysis import Measured, Reference, Replicates, make_reference, measure
-from isophote.trade.grid import BASE, TRUTH, Choice, make_grid, plain_settings, truth_of
+from isophote.trade.grid import (
+    ADAPTIVE,
+    BASE,
+    FIELDS,
+    TRUTH,
+    Choice,
+    adaptive_choice,
+    make_grid,
+    plain_settings,
+    truth_of,
+)
 from isophote.trade.page import CHANGE_FULL, NOISE_FULL, About, make_page
 from isophote.trade.plan import (
+    ADAPTIVE_ROOM,
+    FEWEST_ADAPTIVE,
     FEWEST_ROUNDS,
     FLOAT64_WORTH,
     MOST_ROUNDS,
@@ -132,19 +145,25 @@ def begin(job: Job, renderer: Renderer, store: Store, show: Callable[[Status], N
         plan = make_plan(job, renderer, grid, base, size, show)
         save_plan(plan, store.folder / "plan.json")
     else:
-        precision = plan.choices[TRUTH]["precision"]
-        wanted = {choice.key: asdict(choice.settings) for choice in [*grid, truth_choice(base, precision)]}
-        check_same(plan, store.scene_hash, size, wanted)
+        wanted = [*grid, truth_choice(base, plan.choices[TRUTH]["precision"])]
+        check_same(plan, store.scene_hash, size, {choice.key: asdict(choice.settings) for choice in wanted})
     choices = [truth_choice(base, plan.choices[TRUTH]["precision"]), *(c for c in grid if c.key in plan.choices)]
+    if plan.target:
+        choices.append(adaptive_choice(base, plan.target))
     work = Work(job, renderer, store, choices, plan, plan.pilot_seconds)
     for choice in choices:
-        counts = {seed: plan.counts for seed in range(1, MOST_ROUNDS + 1)}
+        counts = {seed: counts_of(plan, choice) for seed in range(1, MOST_ROUNDS + 1)}
         if choice.key == TRUTH:
             counts |= {REFERENCE_SEED + k: [plan.piece] for k in range(found_pieces(store, choice))}
         for seed, of_seed in counts.items():
             if store.path(choice, seed).exists() and (run := store.load(choice, seed, of_seed)) is not None:
                 note_run(work, choice, seed, run)
     return work
+
+
+def counts_of(plan: Plan, choice: Choice) -> list[int]:
+    """The numbers of samples of a choice's runs; adaptive sampling stops by itself."""
+    return [ADAPTIVE_ROOM * plan.counts[-1]] if choice.key == ADAPTIVE else plan.counts
 
 
 def truth_choice(base: Settings, precision: str) -> Choice:
@@ -171,14 +190,16 @@ def make_plan(job: Job, renderer: Renderer, grid: list[Choice], base: Settings, 
     started = time.perf_counter()
     precisions = ("strict", "reference") if base.device == "openmp" else (base.precision,)
     truths = [truth_choice(base, precision) for precision in precisions]
-    costs, pictures = run_pilots(job, renderer, [*grid, *truths], show)
-    truth, cost, notes = truths[0], costs[truths[0].settings], []
-    if costs[truths[-1].settings].sample <= FLOAT64_WORTH * cost.sample:
-        truth, cost = truths[-1], costs[truths[-1].settings]
-    else:
-        slower = costs[truths[-1].settings].sample / cost.sample
+    costs, pictures, notes = run_pilots(job, renderer, [*grid, *truths], show)
+    truth, cost = truths[0], costs[truths[0].settings]
+    float64 = costs.get(truths[-1].settings)
+    if float64 and float64.sample <= FLOAT64_WORTH * cost.sample:
+        truth, cost = truths[-1], float64
+    elif float64:
+        slower = float64.sample / cost.sample
         notes.append({"name": "64-bit reference", "what": f"would take {slower:.1f} times as long: the reference is in "
                       f"{truth.settings.precision} precision"})
+    grid = [choice for choice in grid if choice.settings in costs]
     kept = []
     for choice in grid:
         if choice.can_be_idle and np.array_equal(pictures[choice.settings], pictures[base]):
@@ -187,28 +208,48 @@ def make_plan(job: Job, renderer: Renderer, grid: list[Choice], base: Settings, 
         else:
             kept.append(choice)
     kept, slow = drop_slow(kept, [costs[choice.settings] for choice in kept])
-    pilots = time.perf_counter() - started
-    left = (1.0 - RESERVE) * job.seconds - pilots
-    samples = choose_samples([cost, *(costs[choice.settings] for choice in kept)], left)
+    left = (1.0 - RESERVE) * job.seconds - (time.perf_counter() - started)
+    samples, target = choose_samples([cost, *(costs[choice.settings] for choice in kept)], left), 0.0
+    if "adaptive" in FIELDS and samples >= FEWEST_ADAPTIVE:
+        target = float(f"{renderer.render(base, 0, [samples]).info['error_95'] or 0.0:.3g}")
+    elif "adaptive" in FIELDS:
+        notes.append({"name": "Adaptive sampling", "what": f"begins at {FEWEST_ADAPTIVE} samples, and the time allows "
+                      f"runs of {samples}: left out"})
     chosen = {choice.key: asdict(choice.settings) for choice in [*kept, truth]}
-    return Plan(renderer.scene_hash, size, chosen, snapshots(samples), PIECE * samples, pilots, notes + slow)
+    return Plan(renderer.scene_hash, size, chosen, snapshots(samples), PIECE * samples, time.perf_counter() - started,
+                target, notes + slow)
 
 
 def run_pilots(job: Job, renderer: Renderer, choices: list[Choice],
-               show: Callable[[Status], None]) -> tuple[dict[Settings, Cost], dict[Settings, np.ndarray]]:
-    """Cost and picture of each choice, by settings; of PILOTS renders the quickest, for others use the machine too."""
-    started = time.perf_counter()
-    for kind in {(c.settings.device, c.settings.precision): c.settings for c in choices}.values():
-        renderer.render(kind, 0, [1])  # what the first render waits for (threads, kernels) is nobody's
+               show: Callable[[Status], None]) -> tuple[dict[Settings, Cost], dict[Settings, np.ndarray], list[dict]]:
+    """Cost and picture of each choice, by settings, and notes on those that cannot be rendered here.
+
+    Of PILOTS renders the quickest counts, for others use the machine too. Raises DeviceError for the first choice.
+    """
+    started, notes = time.perf_counter(), []
+    failed: dict[tuple, str] = {}
+    for choice in choices:
+        kind = choice.settings.device, choice.settings.precision
+        try:
+            if kind not in failed:
+                renderer.render(choice.settings, 0, [1])  # what the first render waits for (kernels) is nobody's
+                failed[kind] = ""
+        except DeviceError as error:
+            if choice is choices[0]:
+                raise
+            failed[kind] = str(error)
+        if failed[kind] and choice.key != TRUTH:
+            notes.append({"name": choice.label, "what": f"cannot be rendered here: {failed[kind]}"})
     costs, pictures = {}, {}
+    usable = [choice for choice in choices if not failed[choice.settings.device, choice.settings.precision]]
     for _ in range(PILOTS):
-        for choice in choices:
+        for choice in usable:
             show(Status(f"pilot: {choice.label}", time.perf_counter() - started, job.seconds))
             run = renderer.render(choice.settings, 0, [PILOT_SAMPLES])
             pictures[choice.settings] = run.pictures
             cost = Cost(run.seconds[-1] / PILOT_SAMPLES, run.wall - run.seconds[-1])
             costs[choice.settings] = min(cost, costs.get(choice.settings, cost), key=lambda c: c.sample)
-    return costs, pictures
+    return costs, pictures, notes
 
 
 def render_rounds(work: Work, show: Callable[[Status], None]) -> None:
@@ -221,7 +262,7 @@ def render_rounds(work: Work, show: Callable[[Status], None]) -> None:
             if work.spent + predicted(work, choice.key) > limit:
                 return
             show(Status(f"round {seed}: {choice.label}", work.spent, work.job.seconds))
-            finish_run(work, choice, seed, work.plan.counts)
+            finish_run(work, choice, seed, counts_of(work.plan, choice))
             while reference_is_due(work) and work.spent + predicted(work, "reference") <= limit:
                 show(Status("the reference", work.spent, work.job.seconds))
                 number = len(work.done.get("reference", ()))
@@ -248,11 +289,12 @@ def finish_run(work: Work, choice: Choice, seed: int, counts: list[int]) -> None
 def gather(work: Work, choice: Choice) -> Replicates | None:
     """A choice's finished runs; None with fewer than two that the truth has, too."""
     seeds = sorted(seed for seed in work.done.get(choice.key, ()) if seed in work.done.get(TRUTH, ()))
-    runs = [work.store.load(choice, seed, work.plan.counts) for seed in seeds]
+    runs = [work.store.load(choice, seed, counts_of(work.plan, choice)) for seed in seeds]
     if len(runs) < 2 or None in runs:
         return None
     setup = float(np.median([run.setup for run in runs]))
-    return Replicates(choice, seeds, np.stack([run.pictures for run in runs]), runs[0].counts,
+    counts = np.mean([run.counts for run in runs], axis=0)
+    return Replicates(choice, seeds, np.stack([run.pictures for run in runs]), counts,
                       np.stack([run.seconds for run in runs]), setup, runs[0].info)
 
 

@@ -28,7 +28,7 @@ from isophote.settings import Settings
 from isophote.trade.grid import Choice
 
 FORMAT = 1
-KEPT = ("device", "driver", "strict", "unsure", "features", "notes", "ledger")  # of Session.result()
+KEPT = ("device", "driver", "strict", "error_95", "unsure", "features", "notes", "ledger")  # of Session.result()
 
 
 class TradeError(RuntimeError):

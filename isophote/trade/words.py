@@ -9,6 +9,7 @@ from isophote.trade.analysis import EQUAL, Measured, Reference
 from isophote.trade.grid import BASE, TRUTH
 from isophote.trade.intervals import Interval
 
+ADAPTIVE_AXIS = "Adaptive sampling"
 SMALL = 0.03  # relative: less of time or noise is not worth a word
 GAIN = 0.9  # of the time for the same noise: less than this is a gain
 SHOWN = 0.02  # of the light: that much one sees side by side
@@ -72,6 +73,9 @@ def light_words(light: Interval, found: bool) -> str:
 
 def sentence(one: Measured) -> str:
     """What a choice buys and costs, against the user's settings with the same samples."""
+    if one.choice.axis == ADAPTIVE_AXIS:
+        return (f"{one.choice.label} {time_words(one.time)}, and 95 of 100 pixels are within {percent(one.within)} of "
+                f"their brightness; with your settings within {percent(one.base_within)}.")
     if one.same_bits:
         return f"{one.choice.label} {time_words(one.time)}; the picture is the same, bit by bit."
     parts = [time_words(one.time), light_words(one.light, one.light_found), noise_words(one.noise_ratio)]
@@ -94,7 +98,8 @@ def verdict(one: Measured) -> tuple[str, str]:
         return "", "What the others are compared with" if one.choice.key == BASE else "What light is measured against"
     if one.choice.axis == "Filter":
         return "", "A matter of taste: sharper or softer, not faster"
-    effort = one.effort
+    adaptive = one.choice.axis == ADAPTIVE_AXIS
+    effort = one.time if adaptive else one.effort
     gains = effort.high < 1.0 and effort.value < GAIN
     loses = effort.low > 1.0 and effort.value > 1.0 / GAIN
     changed = one.light_found and one.light.largest > EQUAL
@@ -103,7 +108,7 @@ def verdict(one: Measured) -> tuple[str, str]:
             return "trade", f"Brings light back, and takes {effort.value:.1f} times as long for the same noise"
         return "good", "Worth it: brings light back for no more time"
     if gains:
-        faster = f"the same noise in {percent(effort.value)} of the time"
+        faster = f"the same {'error' if adaptive else 'noise'} in {percent(effort.value)} of the time"
         if not changed and not one.tiles_off:
             return "good", f"Worth it: {faster}"
         seen = "which one sees" if one.light.largest > SHOWN else "hardly seen in the picture as a whole"

@@ -59,7 +59,9 @@ def job(folder, **changes):
 
 @pytest.fixture
 def short(monkeypatch):
+    """Few samples, and a plan that does not hang on how quick the machine is at the moment."""
     monkeypatch.setattr(plan, "MOST_SAMPLES", 16)
+    monkeypatch.setattr("isophote.trade.report.FLOAT64_WORTH", 1e9)
 
 
 # ------------------------------------------------------------------ grid and plan
@@ -84,16 +86,19 @@ def test_choices_differ_from_the_users_settings_in_one_thing():
     assert truth.clamp_direct == 0.0 and truth.glossy_bounces == grid.NO_LIMIT
 
 
-def test_axes_appear_with_their_settings(monkeypatch):
-    @dataclass(frozen=True)
-    class Later(Settings):
-        adaptive: bool = True
-        texture_scale: float = 0.5
+@dataclass(frozen=True)
+class Later(Settings):
+    """Settings with more axes than there are now."""
 
+    adaptive: bool = True
+    texture_scale: float = 0.5
+
+
+def test_axes_appear_with_their_settings(monkeypatch):
     monkeypatch.setattr(grid, "FIELDS", {*grid.FIELDS, "adaptive", "texture_scale"})
     found = {choice.key: choice.settings for choice in make_grid(Later())}
-    assert found["adaptive=False"].adaptive is False and found["texture_scale=0.25"].texture_scale == 0.25
-    assert "texture_scale=0.5" not in found and truth_of(Later(), "strict").adaptive is False
+    assert found["texture_scale=0.25"].texture_scale == 0.25 and "texture_scale=0.5" not in found
+    assert truth_of(Later(), "strict").adaptive is False
 
 
 def test_the_budget_is_divided():
@@ -132,6 +137,19 @@ def test_a_report_says_what_is_so(numpy_engine, tmp_path, short):
     assert "changed not one of 480 paths" in left_out["4 bounces"]
     assert rows[BASE, 4.0]["noise"] == pytest.approx(2 * rows[BASE, 16.0]["noise"], rel=0.3)
     assert not result["partial"] and result["rounds"] == 3
+
+
+def test_adaptive_sampling_is_tried_where_it_is_a_setting(numpy_engine, tmp_path, monkeypatch, short):
+    monkeypatch.setattr("isophote.trade.report.FIELDS", {*grid.FIELDS, "adaptive"})
+    monkeypatch.setattr(grid, "FIELDS", {*grid.FIELDS, "adaptive"})
+    few = make_report(job(tmp_path / "few", base=Later(), most_rounds=2))
+    assert {"name": "Adaptive sampling", "what": "begins at 128 samples, and the time allows runs of 16: left out"} in (
+        few["notes"])
+    monkeypatch.setattr("isophote.trade.report.FEWEST_ADAPTIVE", 16)
+    result = make_report(job(tmp_path / "enough", base=Later(), most_rounds=2))
+    row = next(row for row in result["rows"] if row["choice"] == "adaptive")
+    settings = next(choice["settings"] for choice in result["choices"] if choice["choice"] == "adaptive")
+    assert settings["adaptive"] and 0.0 < settings["error_target"] < 1.0 and 16 <= row["samples"] <= 16 * 16
 
 
 def test_the_page_holds_everything_and_loads_nothing(numpy_engine, tmp_path, short):
