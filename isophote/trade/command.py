@@ -114,7 +114,7 @@ def shown(console: Console):
 
 def print_report(result: dict) -> None:
     """The report in a few lines."""
-    for choice in result["choices"]:
+    for choice in result["choices"][1:]:  # behind the user's own
         click.echo(f"{choice['verdict']:<6} {choice['sentence']}")
     for entry in result["recommended"]:
         click.echo(f"{entry['wanted']:<12} {entry['label'] or 'out of reach'}")

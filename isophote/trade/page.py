@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from isophote.trade import plots
-from isophote.trade.advice import ERRORS, Advice
+from isophote.trade.advice import ERRORS, Advice, pareto
 from isophote.trade.analysis import Measured, Reference
 from isophote.trade.grid import BASE, TRUTH
 from isophote.trade.intervals import Interval
@@ -119,10 +119,9 @@ def card(one: Measured, pictures: dict[str, str]) -> str:
     shown = (figure(pictures["picture"], f"{one.counts[-1]:.0f} samples, {duration(one.seconds[-1])}", label)
              + figure(pictures["noise"], f"Off by {percent(one.error[-1].value)}", f"{label}: error")
              + figure(pictures["change"], f"Lasting change, {percent(one.shift)}", f"{label}: lasting change"))
-    told = "The settings of the file, as they are." if one.choice.key == BASE else sentence(one)
     tag = f" <span class='tag {kind}'>{KINDS[kind]}</span>" if kind else ""
     small = " ".join(filter(None, (f"{words}.", places(one))))
-    return (f"<article><h3>{label}{tag}</h3><p>{escape(told)}</p><p class='small'>{escape(small)}</p>"
+    return (f"<article><h3>{label}{tag}</h3><p>{escape(sentence(one))}</p><p class='small'>{escape(small)}</p>"
             f"<div class='row'>{shown}</div></article>")
 
 
@@ -130,14 +129,25 @@ def graphs(measured: list[Measured]) -> str:
     return f"""<section><h2>Error over time</h2><p>Each line is a choice, its points more and more samples; further left
 is sooner, further down is better. The large points have nothing that is both sooner and better: choose among them. A
 line that bends and turns flat has met its lasting error. Rest the pointer on a point to read it.</p>
-{plots.error_over_time(measured)}</section>
+{plots.error_over_time(measured)}
+<p class='small'>The large points, from soon to good: {escape(on_the_front(measured))}.</p></section>
 <section><h2>What each setting buys</h2><p>Against your settings at the same number of samples; shorter to the left is
 less. The thin line is where the true value lies, in 95 of 100 such reports.</p>
-<h3>Time</h3>{plots.ratio_bars(measured, "time", "Time over that of your settings")}
+<h3>Rendering time</h3>{plots.ratio_bars(measured, "time", "Time over that of your settings")}
 <h3>Noise</h3>{plots.ratio_bars(measured, "noise_ratio", "Noise over that of your settings")}
 <h3>Time for the same noise</h3>{plots.ratio_bars(measured, "effort", "Time for the same noise")}</section>
 <section><h2>What each setting costs: light</h2><p>Light gained or lost against nothing left out. <em>None found</em>
 says how large it may still be.</p>{plots.bias_bars(measured)}</section>"""
+
+
+def on_the_front(measured: list[Measured]) -> str:
+    """The points of the Pareto front in words, those of one choice together."""
+    points = [(one, s) for one in measured for s in range(len(one.counts))]
+    found: dict[str, list[str]] = {}
+    for place in pareto([(one.seconds[s], one.error[s].value) for one, s in points]):
+        one, s = points[place]
+        found.setdefault(one.choice.label, []).append(f"{one.counts[s]:.0f}")
+    return "; ".join(f"{label} with {' and '.join(counts)} samples" for label, counts in found.items())
 
 
 def table(measured: list[Measured]) -> str:
@@ -196,11 +206,16 @@ def left_out(about: About, base: Measured) -> str:
         if notes:
             items = "".join(f"<li><b>{escape(str(n['name']))}</b>: {escape(str(n['what']))}</li>" for n in notes)
             lists.append(f"<h3>{title}</h3><ul>{items}</ul>")
-    ledger = base.info.get("ledger")
-    if ledger:
-        keys = list(dict.fromkeys(key for entry in ledger for key in entry))
-        rows = "".join("<tr>" + "".join(f"<td>{escape(str(entry.get(key, '')))}</td>" for key in keys) + "</tr>"
-                       for entry in ledger)
-        lists.append("<h3>The ledger of your settings, counted while rendering</h3><table><tr>"
-                     + "".join(f"<th>{escape(key)}</th>" for key in keys) + f"</tr>{rows}</table>")
+    counted = [entry for entry in base.info.get("ledger") or () if entry["switch"] != "left_out"]
+    if counted:
+        rows = "".join(f"<tr><th>{escape(str(entry['switch']))}</th><td>{escape(str(entry['setting']))}</td>"
+                       f"<td>{ledger_words(entry)}</td></tr>" for entry in counted)
+        lists.append("<h3>The ledger of your settings: what they removed, counted in one render</h3>"
+                     f"<table><tr><th>switch</th><th>setting</th><th>removed</th></tr>{rows}</table>")
     return f"<section><h2>Notes</h2>{''.join(lists)}</section>" if lists else ""
+
+
+def ledger_words(entry: dict) -> str:
+    if entry.get("removed") is None:
+        return "not counted while rendering: see the bars above"
+    return f"{percent(entry['removed'])} of the light" if entry["removed"] else "nothing"

@@ -147,14 +147,17 @@ def ratio_bars(measured: list[Measured], which: str, label: str) -> str:
             for one in measured if one.choice.key != BASE]
     finite = [abs(math.log(value)) for _, _, interval, _ in rows for value in (interval.value,) if value > 0.0]
     most = min(8.0, max(1.5, math.exp(max(finite, default=0.0)) * 1.15))
-    ticks = [t for t in (1 / 8, 1 / 4, 1 / 2, 2 / 3, 0.8, 1.0, 1.25, 1.5, 2.0, 4.0, 8.0) if 1 / most <= t <= most]
+    ticks = [t for t in (1 / 8, 1 / 4, 1 / 2, 0.75, 1.0, 1.5, 2.0, 4.0, 8.0) if 1 / most <= t <= most]
     if most > 2.0:
-        ticks = [t for t in ticks if t not in (2 / 3, 0.8, 1.25, 1.5)]
-    return bars(rows, (1 / most, most), lambda t: f"{t:.3g}", ticks, label, 1.0, log=True)
+        ticks = [t for t in ticks if t not in (0.75, 1.5)]
+    return bars(rows, (1 / most, most), ratio_text, ticks, label, 1.0, log=True)
 
 
 def ratio_text(value: float) -> str:
-    return f"{value:.2f} times"
+    """A ratio as people say it: -37 %, the same, +12 %, 2.6 times."""
+    if value >= 1.995:
+        return f"{value:.2g} times"
+    return "the same" if abs(value - 1.0) < 0.005 else f"{100.0 * (value - 1.0):+.0f} %"
 
 
 def bias_bars(measured: list[Measured]) -> str:

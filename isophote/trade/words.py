@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from isophote.trade.advice import Advice
+from isophote.trade.advice import Advice, curve_of
 from isophote.trade.analysis import EQUAL, Measured, Reference
 from isophote.trade.grid import BASE, TRUTH
 from isophote.trade.intervals import Interval
@@ -20,10 +20,10 @@ def percent(share: float) -> str:
     value = 100.0 * abs(share)
     if not math.isfinite(value):
         return "an unknown share"
-    if value == 0.0:
-        return "0 %"
-    digits = max(0, 1 - math.floor(math.log10(value)))
-    return f"{value:.{min(digits, 6)}f} %" if value >= 1e-5 else "less than 0.00001 %"
+    if value < 1e-5:
+        return "less than 0.00001 %" if value else "0 %"
+    text = f"{value:.{max(0, 1 - math.floor(math.log10(value)))}f}"
+    return f"{text.rstrip('0').rstrip('.') if '.' in text else text} %"
 
 
 def duration(seconds: float) -> str:
@@ -73,6 +73,8 @@ def light_words(light: Interval, found: bool) -> str:
 
 def sentence(one: Measured) -> str:
     """What a choice buys and costs, against the user's settings with the same samples."""
+    if one.choice.key == BASE:
+        return "The settings of the file, as they are."
     if one.choice.axis == ADAPTIVE_AXIS:
         return (f"{one.choice.label} {time_words(one.time)}, and 95 of 100 pixels are within {percent(one.within)} of "
                 f"their brightness; with your settings within {percent(one.base_within)}.")
@@ -133,6 +135,8 @@ def in_short(measured: list[Measured], reference: Reference) -> list[str]:
     else:
         lines.append("That is only noise, as far as one can tell: no lasting error of the light was found, and one "
                      f"would have to be smaller than {percent(base.light_bias.largest)}.")
+    factor = 2.0 ** (2.0 / curve_of(base).power)
+    lines.append(f"Half the noise takes about {factor:.1f} times the time.")
     others = [one for one in measured if one.choice.key not in (BASE, TRUTH) and one.choice.axis != "Filter"]
     rated = [(verdict(one)[0], one) for one in others]
     good = sorted((one for kind, one in rated if kind == "good"), key=lambda one: one.effort.value)
