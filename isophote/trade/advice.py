@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isophote.trade.analysis import Measured
-from isophote.trade.grid import BASE
+from isophote.trade.analysis import EQUAL, Measured
+from isophote.trade.grid import BASE, TRUTH
 
 FEWEST_POWER, MOST_POWER = 0.25, 1.0  # of the variance
 WORTH = 1.1  # another choice than the user's settings is recommended where it is better by this factor
@@ -127,8 +127,16 @@ def for_time(curves: list[Curve], seconds: float) -> Advice:
                   bool(seconds > best.seconds[-1]))
 
 
+def is_eligible(one: Measured) -> bool:
+    """Whether a choice may be recommended: it is quicker beyond doubt, or brings back light; a filter is taste."""
+    if one.choice.key in (BASE, TRUTH):
+        return True
+    brings_light = one.light_found and one.light.value > EQUAL
+    return one.choice.axis != "Filter" and (one.effort.high < 1.0 or brings_light)
+
+
 def advise(measured: list[Measured]) -> list[Advice]:
-    curves = [curve_of(one) for one in measured]
+    curves = [curve_of(one) for one in measured if is_eligible(one)]
     return [for_error(curves, error) for error in ERRORS] + [for_time(curves, seconds) for seconds in TIMES]
 
 

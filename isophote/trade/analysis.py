@@ -15,14 +15,16 @@ many choices are asked whether they are off, the level is corrected for that (in
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
 from isophote.confidence import FLOOR as DARK
 from isophote.confidence import SHARE, near
 from isophote.statistics import LUMINANCE, sums_over_tiles
-from isophote.trade.grid import BASE, Choice
+from isophote.trade.grid import Choice
 from isophote.trade.intervals import Interval, corrected_level, interval_of, log_jackknife, student_quantile
 
 FLOOR = 0.01  # of the mean's square, added to the denominator, as in bench/error_over_time.py
@@ -70,8 +72,8 @@ class Measured:
     chance for all choices together), `bias` and `tile_bias` (from the truth, rms over pixels and over tiles). From the
     user's settings, or for those from the truth: `shift` (rms over pixels), `worst_tile` (the largest change of the
     tiles where it is beyond chance, None where there is none), `tiles_off` (their share), `change` (picture of it, mean
-    over the seeds, (h, w, 3)). `same_bits` as the user's settings. `within`: 95 % of the pixels are within this of
-    their brightness (the median seed), and those of the user's settings within `base_within`.
+    over the seeds, (h, w, 3)). `picture` is the first seed's; `same_bits` as the user's settings. `within`: 95 % of the
+    pixels are within this of their brightness (the median seed), those of the user's settings within `base_within`.
     """
 
     choice: Choice
@@ -95,14 +97,22 @@ class Measured:
     same_bits: bool
     within: float
     base_within: float
+    picture: np.ndarray
     change: np.ndarray
     info: dict
 
     @property
     def effort(self) -> Interval:
-        """Time for the same noise, over the user's settings: samples are taken to lower the variance as 1 / n."""
-        time, noise = self.time, self.noise_ratio
-        return Interval(time.value * noise.value ** 2, time.low * noise.low ** 2, time.high * noise.high ** 2)
+        """Time for the same noise, over the user's settings: samples are taken to lower the variance as 1 / n.
+
+        Times and noises err independently, so the logarithms' intervals add as squares.
+        """
+        parts = [(math.log(i.value), math.log(max(i.high, 1e-30) / max(i.low, 1e-30)) / 2 if i.low > 0.0 else math.inf)
+                 for i in (self.time, self.noise_ratio) if i.value > 0.0]
+        if len(parts) < 2:
+            return Interval(0.0, 0.0, math.inf)
+        value, half = parts[0][0] + 2.0 * parts[1][0], min(math.hypot(parts[0][1], 2.0 * parts[1][1]), 700.0)
+        return Interval(value, value - half, value + half).map(math.exp)
 
 
 def make_reference(pieces: np.ndarray, samples: int) -> Reference:
@@ -190,11 +200,14 @@ def tiles_beyond_chance(relative: np.ndarray) -> tuple[float | None, float]:
     return worst, float(off.mean())
 
 
-def measure(runs: list[Replicates], truth: Replicates, reference: Reference) -> list[Measured]:
-    """All choices, the truth last. The user's settings must be among them."""
-    base = next(replicates for replicates in runs if replicates.choice.key == BASE)
-    level = corrected_level(2 * len(runs))  # light is compared with the truth and with the user's settings
-    return [measure_one(replicates, base, truth, reference, level) for replicates in [*runs, truth]]
+def measure(base: Replicates, others: Iterable[Replicates], truth: Replicates, reference: Reference,
+            tests: int) -> list[Measured]:
+    """The user's settings, the others (which may be loaded one by one) and the truth, in this order.
+
+    `tests` is how many comparisons of light are made in all, for which their level is corrected.
+    """
+    level = corrected_level(tests)
+    return [measure_one(own, base, truth, reference, level) for own in chain([base], others, [truth])]
 
 
 def measure_one(own: Replicates, base: Replicates, truth: Replicates, reference: Reference,
@@ -224,5 +237,5 @@ def measure_one(own: Replicates, base: Replicates, truth: Replicates, reference:
         light_bias, bias_found, math.sqrt(max(0.0, bias)), tile_bias, math.sqrt(max(0.0, offset(change, below)[0])),
         worst_tile, tiles_off,
         bool(np.array_equal(own.pictures[in_own], base.pictures[in_base])), within(own, reference),
-        within(base, reference), change.mean(axis=0), own.info)
+        within(base, reference), own.pictures[0, -1].copy(), change.mean(axis=0), own.info)
 

@@ -21,9 +21,10 @@ LIFT = 0.1  # of the mean brightness: darker places are compared with this
 
 
 def exposure_of(reference: np.ndarray) -> float:
-    """A factor that brings a linear picture (h, w, 3) to a usual brightness: its 95th percentile to 0.8."""
-    bright = float(np.percentile(reference @ LUMINANCE, 95.0))
-    return 0.8 / bright if bright > 0.0 else 1.0
+    """The factor at which linear pictures (h, w, 3) are shown: 1, as Blender's Standard view shows them, unless that
+    would be nearly black or white throughout; then the 90th percentile becomes 0.5."""
+    bright = float(np.percentile(reference @ LUMINANCE, 90.0))
+    return 1.0 if 0.05 <= bright <= 2.0 or bright <= 0.0 else 0.5 / bright
 
 
 def shown(picture: np.ndarray, exposure: float) -> np.ndarray:

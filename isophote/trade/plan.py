@@ -18,7 +18,7 @@ from isophote.trade.runs import TradeError
 
 REFERENCE_SHARE = 0.25
 RESERVE = 0.04  # of the time, for analysis and page
-WANTED_ROUNDS, FEWEST_ROUNDS, MOST_ROUNDS = 8, 3, 32
+WANTED_ROUNDS, FEWEST_ROUNDS, MOST_ROUNDS = 8, 3, 16
 FEWEST_SAMPLES, MOST_SAMPLES = 4, 4096
 SNAPSHOTS = 4  # pictures a run, each at four times the samples of the one before
 TOO_SLOW = 8.0  # times the seconds of the user's settings: such choices are named and left out

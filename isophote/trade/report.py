@@ -23,7 +23,6 @@ from isophote.trade.advice import advise
 from isophote.trade.analysis import Measured, Reference, Replicates, make_reference, measure
 from isophote.trade.grid import (
     ADAPTIVE,
-    BASE,
     FIELDS,
     TRUTH,
     Choice,
@@ -93,7 +92,7 @@ class Work:
     job: Job
     renderer: Renderer
     store: Store
-    choices: list[Choice]  # the truth first, then the user's settings
+    choices: list[Choice]  # the truth first, then the user's settings, then the others
     plan: Plan
     spent: float
     walls: dict[str, list[float]] = field(default_factory=dict)
@@ -300,16 +299,18 @@ def gather(work: Work, choice: Choice) -> Replicates | None:
 
 def write_report(work: Work, partial: bool) -> dict:
     """Analyse what is there and write page, pictures and rows. Raises TradeError where there is too little."""
-    gathered = {choice.key: gather(work, choice) for choice in work.choices}
+    truth, base = (gather(work, choice) for choice in work.choices[:2])
     pieces = [work.store.load(work.truth, seed, [work.plan.piece]) for seed in work.done.get("reference", ())]
-    if not (gathered[TRUTH] and gathered[BASE] and len(pieces) > 1):
+    if not (truth and base and len(pieces) > 1):
         raise TradeError(f"too little was rendered for a report; {work.job.folder / 'runs'} keeps it, "
                          "and the same command goes on (perhaps with more --time)")
     reference = make_reference(np.stack([piece.pictures[-1] for piece in pieces]), work.plan.piece)
-    measured = measure([gathered[c.key] for c in work.choices[1:] if gathered[c.key]], gathered[TRUTH], reference)
-    advice, about = advise(measured), make_about(work, gathered[BASE], partial)
+    others = filter(None, (gather(work, choice) for choice in work.choices[2:]))  # one in memory at a time
+    # Each is compared with the truth and with the user's settings.
+    measured = measure(base, others, truth, reference, tests=2 * (len(work.choices) - 1))
+    advice, about = advise(measured), make_about(work, base, partial)
     try:
-        paths = write_pictures(work.job, measured, gathered, reference)
+        paths = write_pictures(work.job, measured, reference)
         made = as_object(measured, reference, advice, {**asdict(about), "partial": partial})
         (work.job.folder / "rows.json").write_text(as_json(made), encoding="utf-8")
         (work.job.folder / "rows.csv").write_text(as_csv(made["rows"]), encoding="utf-8")
@@ -329,7 +330,7 @@ def make_about(work: Work, base: Replicates, partial: bool) -> About:
                  work.spent, job.seconds, len(base.seeds), partial, notes, job.scene.notes)
 
 
-def write_pictures(job: Job, measured: list[Measured], gathered: dict, reference: Reference) -> dict:
+def write_pictures(job: Job, measured: list[Measured], reference: Reference) -> dict:
     """The pictures' paths, relative to the page, by choice and kind."""
     folder = job.folder / "pictures"
     folder.mkdir(exist_ok=True)
@@ -343,9 +344,9 @@ def write_pictures(job: Job, measured: list[Measured], gathered: dict, reference
 
     put("reference", "picture", drawing.shown(reference.picture, exposure))
     for one in measured:
-        key, first = one.choice.key, gathered[one.choice.key].pictures[0, -1]
-        put(key, "picture", drawing.shown(first, exposure))
-        put(key, "noise", drawing.difference(first - reference.picture, reference.picture, NOISE_FULL))
+        key = one.choice.key
+        put(key, "picture", drawing.shown(one.picture, exposure))
+        put(key, "noise", drawing.difference(one.picture - reference.picture, reference.picture, NOISE_FULL))
         put(key, "change", drawing.difference(one.change, reference.picture, CHANGE_FULL))
     return written
 

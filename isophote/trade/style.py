@@ -27,6 +27,7 @@ article { background: var(--card); border-radius: 8px; padding: .9rem 1rem 1rem;
 .tag.good { color: var(--good); } .tag.trade { color: var(--trade); } .tag.bad { color: var(--bad); }
 table { border-collapse: collapse; width: 100%; margin: .8rem 0; font-size: .92rem; }
 th, td { text-align: left; padding: .35rem .6rem .35rem 0; border-bottom: 1px solid var(--rule); vertical-align: top; }
+tr th:first-child { white-space: nowrap; }
 .wide { overflow-x: auto; } .wide table { font-size: .8rem; white-space: nowrap; } .wide td { padding-right: 1rem; }
 .blue { color: #0852ab; font-weight: 600; } .orange { color: #bf4a00; font-weight: 600; }
 @media (prefers-color-scheme: dark) { .blue { color: #7db4ff; } .orange { color: #ffa264; } }

@@ -12,6 +12,7 @@ from isophote.trade.intervals import Interval
 ADAPTIVE_AXIS = "Adaptive sampling"
 SMALL = 0.03  # relative: less of time or noise is not worth a word
 GAIN = 0.9  # of the time for the same noise: less than this is a gain
+UNSURE = 0.1  # of the picture: less is not worth a warning
 SHOWN = 0.02  # of the light: that much one sees side by side
 
 
@@ -139,20 +140,26 @@ def in_short(measured: list[Measured], reference: Reference) -> list[str]:
     lines.append(f"Half the noise takes about {factor:.1f} times the time.")
     others = [one for one in measured if one.choice.key not in (BASE, TRUTH) and one.choice.axis != "Filter"]
     rated = [(verdict(one)[0], one) for one in others]
-    good = sorted((one for kind, one in rated if kind == "good"), key=lambda one: one.effort.value)
-    trades = sorted((one for kind, one in rated if kind == "trade" and one.effort.value < 1.0),
-                    key=lambda one: one.effort.value)
+    good = best_of_axes([one for kind, one in rated if kind == "good"])
+    trades = best_of_axes([one for kind, one in rated if kind == "trade" and one.effort.value < 1.0])
     lines += [f"Worth it: {sentence(one)}" for one in good[:2]]
     lines += [f"A trade: {sentence(one)}" for one in trades[:2]]
     if not good:
         lines.append("Nothing that was tried makes this scene faster without changing its picture.")
     unsure = base.info.get("unsure")
-    if unsure and unsure > 0.05:
+    if unsure and unsure > UNSURE:
         lines.append(f"In {percent(unsure)} of a picture of {base.counts[-1]:.0f} samples light comes in few bright "
-                     "hits; figures of noise and light are less sure there than their bars say.")
+                     "hits or slivers; what is said of noise and light is less sure there than its bars say.")
     lines.append(f"The reference has {reference.samples:,} samples a pixel; what is left of its own noise is "
                  f"{percent(reference.noise)}.")
     return lines
+
+
+def best_of_axes(choices: list[Measured]) -> list[Measured]:
+    """The best of each axis, the best first."""
+    ordered = sorted(choices, key=lambda one: one.effort.value)
+    return [one for place, one in enumerate(ordered)
+            if one.choice.axis not in {better.choice.axis for better in ordered[:place]}]
 
 
 def advice_words(advice: Advice, is_error: bool) -> tuple[str, str, str]:
@@ -161,6 +168,7 @@ def advice_words(advice: Advice, is_error: bool) -> tuple[str, str, str]:
         return ("nothing that was tried", "no choice comes that near" if is_error else "too short for one sample", "")
     mark = " (extrapolated)" if advice.extrapolated else ""
     samples = max(1, round(advice.samples))
+    samples = round(samples, 2 - len(str(samples)))  # two digits
     count = f"{samples:,} sample{'s' if samples > 1 else ''}"
     if is_error:
         own = "never: their lasting error is larger" if advice.base_seconds is None else duration(advice.base_seconds)

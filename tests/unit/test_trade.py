@@ -15,9 +15,10 @@ from isophote.cli import cli
 from isophote.images import read_image
 from isophote.scene import save_scene
 from isophote.settings import Settings
-from isophote.trade import grid, plan
+from isophote.trade import grid, plan, words
 from isophote.trade.grid import BASE, TRUTH, make_grid, plain_settings, truth_of
-from isophote.trade.pictures import difference, write_picture
+from isophote.trade.intervals import Interval
+from isophote.trade.pictures import difference, exposure_of, write_picture
 from isophote.trade.plan import Cost, choose_samples, drop_slow, reduced, snapshots
 from isophote.trade.report import Job, make_report
 from isophote.trade.runs import Cancelled, TradeError
@@ -238,9 +239,23 @@ def test_pictures(tmp_path):
     assert np.array_equal(to_srgb8(read_image(tmp_path / "a.png").planes["Combined"])[..., :3], pixels)
     write_picture(tmp_path / "a.jpg", pixels)
     assert (tmp_path / "a.jpg").read_bytes()[:2] == b"\xff\xd8"
+    exposures = [exposure_of(np.full((2, 2, 3), x)) for x in (0.0, 0.2, 1.0, 10.0)]
+    assert exposures == [1.0, 1.0, 1.0, pytest.approx(0.05)]
     grey = difference(np.zeros((2, 2, 3)), np.ones((2, 2, 3)), 0.1)
     darker, brighter = (difference(np.full((2, 2, 3), x), np.ones((2, 2, 3)), 0.1) for x in (-0.2, 0.2))
     assert np.ptp(grey[0, 0]) < 5 and darker[0, 0, 2] > darker[0, 0, 0] and brighter[0, 0, 0] > brighter[0, 0, 2]
+
+
+def test_words():
+    assert [words.percent(x) for x in (0.123, 0.0311, 0.05, 0.00042, 0.0, 1e-9)] == [
+        "12 %", "3.1 %", "5 %", "0.042 %", "0 %", "less than 0.00001 %"]
+    assert words.time_words(Interval(0.63, 0.6, 0.66)) == "saves 37 % of the time"
+    for same in (Interval(0.63, 0.3, 1.3), Interval(0.99, 0.98, 0.995)):
+        assert words.time_words(same) == "takes as long"
+    assert words.light_words(Interval(-0.031, -0.033, -0.029), True) == "removes 3.1 % of the light"
+    assert words.light_words(Interval(-0.001, -0.003, 0.001), False) == (
+        "keeps the light as far as one can tell (a change is smaller than 0.3 %)")
+    assert words.noise_words(Interval(0.6, 0.5, 0.7)) == "makes the picture 40 % less noisy"
 
 
 # ------------------------------------------------------------------ the command

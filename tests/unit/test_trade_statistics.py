@@ -70,7 +70,7 @@ def measured_set(seeds=range(1, 9), **changes):
     base = synthetic(BASE, truth, seeds)
     biased = synthetic("biased", truth, seeds, **({"bias": -0.03, "noise": 0.6, "own": 0.1, "seconds": 0.05, "seed": 1}
                                                   | changes))
-    return measure([base, biased], synthetic(TRUTH, truth, seeds, seconds=0.3), make_reference(pieces, 64))
+    return measure(base, [biased], synthetic(TRUTH, truth, seeds, seconds=0.3), make_reference(pieces, 64), 4)
 
 
 def test_known_bias_noise_and_time_are_found():
