@@ -17,6 +17,7 @@ from isophote.trade.grid import BASE, TRUTH
 
 FEWEST_POWER, MOST_POWER = 0.25, 1.0  # of the variance
 WORTH = 1.1  # another choice than the user's settings is recommended where it is better by this factor
+CLEARLY = 0.02  # of the error: a point of the front is better than the one before by that
 ERRORS = (0.1, 0.05, 0.02, 0.01)
 TIMES = (1.0, 10.0, 60.0)
 
@@ -141,10 +142,24 @@ def advise(measured: list[Measured]) -> list[Advice]:
 
 
 def pareto(points: list[tuple[float, float]]) -> list[int]:
-    """The places of the (time, error) points that no other beats in both, in the order of time."""
+    """The places of the (time, error) points that no other beats in both, in the order of time.
+
+    A later point counts where its error is less by the share CLEARLY at least: less is chance.
+    """
     best, front = math.inf, []
     for place in sorted(range(len(points)), key=lambda i: points[i]):
-        if points[place][1] < best:
+        if points[place][1] < (1.0 - CLEARLY) * best:
             best = points[place][1]
             front.append(place)
     return front
+
+
+def front_of(measured: list[Measured]) -> list[tuple[int, int]]:
+    """The Pareto front as (place of the choice, place of its number of samples), in the order of time.
+
+    Filters are taste, and a choice with the same bits as the user's settings differs from them in the clock's noise
+    only, unless it is another device.
+    """
+    places = [(i, s) for i, one in enumerate(measured) for s in range(len(one.counts)) if one.choice.axis != "Filter"
+              and (one.choice.key == BASE or one.choice.axis == "Device" or not one.same_bits)]
+    return [places[k] for k in pareto([(measured[i].seconds[s], measured[i].error[s].value) for i, s in places])]

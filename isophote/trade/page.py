@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from isophote.trade import plots
-from isophote.trade.advice import ERRORS, Advice, pareto
+from isophote.trade.advice import ERRORS, Advice, front_of
 from isophote.trade.analysis import Measured, Reference
 from isophote.trade.grid import BASE, TRUTH
 from isophote.trade.intervals import Interval
@@ -142,10 +142,9 @@ says how large it may still be.</p>{plots.bias_bars(measured)}</section>"""
 
 def on_the_front(measured: list[Measured]) -> str:
     """The points of the Pareto front in words, those of one choice together."""
-    points = [(one, s) for one in measured for s in range(len(one.counts))]
     found: dict[str, list[str]] = {}
-    for place in pareto([(one.seconds[s], one.error[s].value) for one, s in points]):
-        one, s = points[place]
+    for place, s in front_of(measured):
+        one = measured[place]
         found.setdefault(one.choice.label, []).append(f"{one.counts[s]:.0f}")
     return "; ".join(f"{label} with {' and '.join(counts)} samples" for label, counts in found.items())
 

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from html import escape
 
-from isophote.trade.advice import pareto
+from isophote.trade.advice import front_of
 from isophote.trade.analysis import Measured
 from isophote.trade.grid import BASE, TRUTH
 from isophote.trade.intervals import Interval
@@ -73,9 +73,8 @@ def log_scale(low: float, high: float, start: float, end: float) -> Callable[[fl
 def error_over_time(measured: list[Measured]) -> str:
     """Error over rendering time on logarithmic axes, a line a choice, with the Pareto front marked."""
     height = 470
-    points = [(one, s) for one in measured for s in range(len(one.counts))]
-    times = [one.seconds[s] for one, s in points]
-    errors = [max(one.error[s].value, 1e-6) for one, s in points]
+    times = [seconds for one in measured for seconds in one.seconds]
+    errors = [max(interval.value, 1e-6) for one in measured for interval in one.error]
     ends = min(times) / 1.3, max(times) * 1.3, min(errors) / 1.3, max(errors) * 1.3
     x = log_scale(ends[0], ends[1], LEFT, WIDTH - RIGHT)
     y = log_scale(ends[2], ends[3], height - BOTTOM, TOP)
@@ -91,12 +90,15 @@ def error_over_time(measured: list[Measured]) -> str:
     for one in measured:
         path = " ".join(f"{x(t):.1f},{y(max(e.value, 1e-6)):.1f}" for t, e in zip(one.seconds, one.error, strict=True))
         body.append(f'<polyline points="{path}" class="line {family(one.choice.axis)}"/>')
-    front = pareto(list(zip(times, errors, strict=True)))
-    steps = " ".join(f"{x(times[i]):.1f},{y(errors[i]):.1f}" for i in front)
+    front = front_of(measured)
+    corners = [(measured[i].seconds[s], measured[i].error[s].value) for i, s in front]
+    steps = " ".join(f"{x(seconds):.1f},{y(max(error, 1e-6)):.1f}" for seconds, error in corners)
     body.append(f'<polyline points="{steps}" class="pareto"/>')
-    for i, (one, s) in enumerate(points):
-        title = f"{one.choice.label}, {one.counts[s]:.0f} samples: {duration(times[i])}, {percent(errors[i])} error"
-        body.append(marker(x(times[i]), y(errors[i]), one.choice.axis, title, i in front))
+    for place, one in enumerate(measured):
+        for s, (seconds, error) in enumerate(zip(one.seconds, one.error, strict=True)):
+            title = (f"{one.choice.label}, {one.counts[s]:.0f} samples: {duration(seconds)}, "
+                     f"{percent(error.value)} error")
+            body.append(marker(x(seconds), y(max(error.value, 1e-6)), one.choice.axis, title, (place, s) in front))
     used = [axis for axis in AXES if any(one.choice.axis == axis for one in measured)]
     at = WIDTH - RIGHT + 24
     for row, axis in enumerate(used):

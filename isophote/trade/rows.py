@@ -8,7 +8,7 @@ import json
 from dataclasses import asdict
 
 from isophote.json_values import finite
-from isophote.trade.advice import Advice, curve_of, pareto
+from isophote.trade.advice import Advice, curve_of, front_of
 from isophote.trade.analysis import Measured, Reference
 from isophote.trade.intervals import Interval
 from isophote.trade.words import sentence, verdict
@@ -22,10 +22,8 @@ def ends(name: str, interval: Interval) -> dict[str, float]:
 
 def make_rows(measured: list[Measured]) -> list[dict]:
     """Flat rows. What belongs to a choice as a whole is repeated in each of its rows."""
-    points = [(one.seconds[s], one.error[s].value) for one in measured for s in range(len(one.counts))]
-    front = set(pareto(points))
-    rows = []
-    for one in measured:
+    front, rows = set(front_of(measured)), []
+    for place, one in enumerate(measured):
         whole = {}
         for name in OF_CHOICE:
             whole |= ends(name, getattr(one, name))
@@ -37,7 +35,7 @@ def make_rows(measured: list[Measured]) -> list[dict]:
                          "device": one.info.get("device"), "precision": one.choice.settings.precision,
                          "replicates": one.seeds, "samples": count, "seconds": one.seconds[s],
                          "setup_seconds": one.setup, **ends("error", one.error[s]), **ends("noise", one.noise[s]),
-                         "pareto": len(rows) in front, **whole})
+                         "pareto": (place, s) in front, **whole})
     return rows
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from isophote.trade.advice import Advice, curve_of
+from isophote.trade.advice import Advice
 from isophote.trade.analysis import EQUAL, Measured, Reference
 from isophote.trade.grid import BASE, TRUTH
 from isophote.trade.intervals import Interval
@@ -133,11 +133,14 @@ def in_short(measured: list[Measured], reference: Reference) -> list[str]:
         what = "loses" if base.light_bias.value < 0.0 else "gains"
         lines.append(f"Of that, more samples cure only the noise: your settings' picture {what} "
                      f"{percent(base.light_bias.value)} of the light, whatever the number of samples.")
+    elif not base.light_bias.largest:
+        lines.append("That is only noise: with nothing left out the picture is the same, bit by bit.")
     else:
         lines.append("That is only noise, as far as one can tell: no lasting error of the light was found, and one "
                      f"would have to be smaller than {percent(base.light_bias.largest)}.")
-    factor = 2.0 ** (2.0 / curve_of(base).power)
-    lines.append(f"Half the noise takes about {factor:.1f} times the time.")
+    if len(base.noise) > 1 and base.noise[-2].value > 0.0:
+        lines.append(f"From {base.counts[-2]:.0f} to {base.counts[-1]:.0f} samples the noise fell to "
+                     f"{percent(base.noise[-1].value / base.noise[-2].value)}; half is usual for four times the time.")
     others = [one for one in measured if one.choice.key not in (BASE, TRUTH) and one.choice.axis != "Filter"]
     rated = [(verdict(one)[0], one) for one in others]
     good = best_of_axes([one for kind, one in rated if kind == "good"])
