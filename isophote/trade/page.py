@@ -14,8 +14,8 @@ from isophote.trade.intervals import Interval
 from isophote.trade.style import STYLE
 from isophote.trade.words import advice_words, duration, in_short, percent, places, sentence, verdict
 
-CHANGE_FULL, NOISE_FULL = 0.1, 0.5  # relative differences at which the colours of difference pictures are full
-KINDS = {"good": "worth it", "trade": "a trade", "bad": "not here", "same": "no matter"}
+CHANGE_FULL, NOISE_FULL = 0.2, 0.5  # relative differences at which the colours of difference pictures are full
+KINDS = {"good": "worth it", "trade": "a trade", "bad": "not here", "same": "no difference"}
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ def in_short(measured: list[Measured], reference: Reference) -> list[str]:
     good = best_of_axes([one for kind, one in rated if kind == "good"])
     trades = best_of_axes([one for kind, one in rated if kind == "trade" and one.effort.value < 1.0])
     lines += [f"Worth it: {sentence(one)}" for one in good[:2]]
-    lines += [f"A trade: {sentence(one)}" for one in trades[:2]]
+    lines += [f"A trade: {sentence(one)}" for one in trades[:3]]
     if not good:
         lines.append("Nothing that was tried makes this scene faster without changing its picture.")
     unsure = base.info.get("unsure")
