@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from . import engine, kept, operators, panels, properties, ui
+from . import engine, kept, operators, panels, properties, trade, ui
 
-MODULES = (properties, operators, engine, ui)
+MODULES = (properties, operators, trade, engine, ui)
 
 
 def register() -> None:
@@ -21,6 +21,7 @@ def register() -> None:
 
 def unregister() -> None:
     panels.close_panels(engine.IsophoteRenderEngine.bl_idname)
+    trade.detach()
     kept.detach()
     properties.detach()
     for module in reversed(MODULES):

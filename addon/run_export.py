@@ -4,8 +4,6 @@
     blender -b FILE --python addon/run_export.py -- OUT.npz [--frame N] [--size WxH]
     python addon/run_export.py FILE OUT.npz [--frame N] [--size WxH]
 
-A RenderEngine that only exports is registered and asked to render, because that is the way to get
-Blender's dependency graph as evaluated for rendering (render levels of modifiers, hide_render).
 Prints one line, ISOPHOTE-EXPORT and a JSON object; exits with 1 after an error.
 """
 
@@ -15,8 +13,6 @@ import argparse
 import json
 import os
 import sys
-import time
-import traceback
 from pathlib import Path
 
 import bpy
@@ -24,27 +20,9 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from addon import properties  # noqa: E402
-from addon.export import export_scene  # noqa: E402
+from addon.exporter import render_to_scene  # noqa: E402
 from addon.settings import file_settings  # noqa: E402
-from isophote.scene import SceneError, save_scene  # noqa: E402
-
-
-class Exporter(bpy.types.RenderEngine):
-    """Exports each view layer that is rendered; the first one counts."""
-
-    bl_idname = "ISOPHOTE_EXPORT"
-    bl_label = "Isophote export"
-    scenes: list = []
-    errors: list = []
-
-    def render(self, depsgraph):
-        try:
-            start = time.perf_counter()
-            scene = export_scene(depsgraph)
-            self.scenes.append((scene, time.perf_counter() - start))
-        except Exception as error:  # Blender would print it and go on
-            traceback.print_exc()
-            self.errors.append(str(error) or type(error).__name__)
+from isophote.scene import save_scene  # noqa: E402
 
 
 def parse(arguments: list[str], with_file: bool) -> argparse.Namespace:
@@ -85,28 +63,6 @@ def run(options: argparse.Namespace) -> dict:
         "notes": len(exported.notes),
         "file": bpy.data.filepath,
     }
-
-
-def render_to_scene(scene):
-    """(Scene, seconds) of a bpy scene: Blender renders it with the Exporter, without picture or compositor.
-
-    Raises SceneError without a camera, RuntimeError with what went wrong inside.
-    """
-    if scene.camera is None:  # Blender would say so without the scene's name
-        raise SceneError(f"no camera in scene '{scene.name}'")
-    if not Exporter.is_registered:
-        bpy.utils.register_class(Exporter)
-    Exporter.scenes, Exporter.errors = [], []
-    render = scene.render
-    render.engine = Exporter.bl_idname
-    render.use_compositing = render.use_sequencer = False
-    render.use_border = render.use_multiview = False
-    bpy.ops.render.render(scene=scene.name)
-    if Exporter.errors:
-        raise RuntimeError(Exporter.errors[0])
-    if not Exporter.scenes:
-        raise RuntimeError(f"scene '{scene.name}' was not exported: no view layer is on for rendering")
-    return Exporter.scenes[0]
 
 
 def main() -> int:

@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import textwrap
+from pathlib import Path
 
 import bpy
 
-from . import ledger, native
+from . import ledger, native, trade
 from .compat import shadow_switch
 from .operators import ISOPHOTE_OT_copy_cycles_settings as CopyCycles
 from .operators import ISOPHOTE_OT_find_devices as FindDevices
@@ -130,6 +131,28 @@ class ISOPHOTE_PT_performance(PanelBase, bpy.types.Panel):
         column.prop(render, "use_persistent_data")
 
 
+class ISOPHOTE_PT_trade(PanelBase, bpy.types.Panel):
+    bl_label = "Trade Report"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column, report = self.layout.column(), trade.current
+        if report is None or not report.running:
+            column.label(text="What do samples, bounces and clamping buy here?")
+            column.operator(trade.ISOPHOTE_OT_trade_report.bl_idname)
+        if report is None:
+            return
+        if report.running:
+            column.label(text=f"{100 * report.share:.0f} %: {report.doing}", icon="TIME")
+            column.operator(trade.ISOPHOTE_OT_stop_trade_report.bl_idname, icon="CANCEL")
+        elif report.error:
+            for first in range(0, len(report.error), 60):
+                column.label(text=report.error[first:first + 60], icon="NONE" if first else "ERROR")
+        else:
+            text = "Open Report (stopped early)" if report.partial else "Open Report"
+            column.operator("wm.url_open", text=text, icon="URL").url = Path(report.page).as_uri()
+
+
 class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
@@ -197,6 +220,7 @@ CLASSES = (
     ISOPHOTE_PT_ledger,
     ISOPHOTE_PT_film,
     ISOPHOTE_PT_performance,
+    ISOPHOTE_PT_trade,
     ISOPHOTE_PT_passes,
     ISOPHOTE_PT_object,
     ISOPHOTE_PT_light,

@@ -1,4 +1,4 @@
-"""The command line: render, ledger, export, info, devices, compare.
+"""The command line: render, ledger, trade, export, info, devices, compare.
 
 Results go to stdout (one JSON object with --json), progress and messages to stderr. Exit status: 0
 done, 1 error, 2 wrong usage, 130 interrupted (what was rendered is written and marked as partial).
@@ -21,6 +21,7 @@ from isophote.compare import CompareError, compare
 from isophote.device import DeviceError, list_devices
 from isophote.film import LIMITS, FilmError
 from isophote.images import ImageError, check_place, read_image
+from isophote.json_values import finite
 from isophote.kernel_cache import describe_cache
 from isophote.ledger import CLAMPS, ledger_lines
 from isophote.ledger_command import PAIRS, SAMPLES, SIDE, Measurement, measure_job
@@ -36,9 +37,12 @@ from isophote.render_command import (
 )
 from isophote.scene import FIELDS, SceneError
 from isophote.settings import PRECISIONS, Settings
+from isophote.trade.command import Duration, check_partial, print_report, run_trade, trade_job
+from isophote.trade.pictures import FORMATS
+from isophote.trade.runs import TradeError
 from isophote.validate import validate
 
-EXPECTED = (BlenderError, CompareError, DeviceError, FilmError, ImageError, SceneError)
+EXPECTED = (BlenderError, CompareError, DeviceError, FilmError, ImageError, SceneError, TradeError)
 stderr = Console(stderr=True, highlight=False, soft_wrap=True)
 DEFAULTS = Settings()
 
@@ -103,15 +107,6 @@ def fail(message: str, options: dict, status: int):
 
 def print_json(value: dict) -> None:
     click.echo(json.dumps(finite(value), indent=1))
-
-
-def finite(value):
-    """JSON knows no NaN and no infinity: null instead."""
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 json_option = click.option("--json", is_flag=True, help="Print one JSON object.")
@@ -254,6 +249,33 @@ def ledger(scene, pairs, frame, size, blender, json, **options):
                f"{result['samples']} samples each, {result['precision']}")
     for sentence in ledger_lines(result["ledger"], all_entries=True):
         click.echo(f"ledger     {sentence}")
+
+
+@cli.command()
+@click.argument("scene", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder for the report.")
+@click.option("--time", "seconds", type=Duration(), default="10m", show_default=True, help="Time in all: 90s, 10m, 1h.")
+@click.option("--device", "devices", multiple=True,
+              help="The device to render with; more of them are compared (default: openmp, with all that there are).")
+@click.option("--pictures", type=click.Choice(FORMATS), default="png", show_default=True, help="Their format.")
+@click.option("--anew", is_flag=True, help="Begin again where the folder holds a report of another scene or settings.")
+@frame_option
+@click.option("--size", type=Size(), help="Pixels (default: the scene's own, at most 256 on the longer side).")
+@blender_option
+@json_option
+@reported
+def trade(scene, output, frame, size, blender, json, **options):
+    """Measure for FILE what each setting buys and costs, and write a report to look at (docs/trade.md).
+
+    Ctrl-C writes the report of what is done; the same command goes on.
+    """
+    job = trade_job(scene, output, size, frame, blender, console=stderr, **options)
+    result = run_trade(job, stderr)
+    if json:
+        print_json(result)
+    else:
+        print_report(result)
+    check_partial(result)
 
 
 @cli.command()
