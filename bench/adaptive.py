@@ -3,7 +3,8 @@
     python -m bench.adaptive FILE.npz|NAME ... [--target 10] [--size 64] [--seeds 16] [--reference 8192]
 
 NAME is a scene of tests/rare_scenes.py. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns,
-by the same session and device; seconds are the sessions' own, with all that decides. The reference is the mean of
+by the same session and device. Seconds are the process's, on all its cores and with all that decides: what else the
+machine does, and whether threads wait for each other, is not part of them. The reference is the mean of
 pieces with seeds of their own, each of a fixed number of samples. Of luminance.
 
 `faster` is the median of the seeds' ratios of time, `fewer` that of samples; `reached` the median of the measured error
@@ -18,6 +19,7 @@ whose mean is off the reference beyond their joint 95 % interval, `tiles_uniform
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -54,9 +56,10 @@ class Run:
 def run_to(scene: Scene, settings: Settings, device) -> Run:
     """A session that leaves the device open for the next."""
     session = Session(scene, settings, device)
+    before = time.process_time()
     last = session.run()
-    film = session.film
-    return Run(last.seconds, float(np.mean(film.counts)), film.most_samples, luminance_of(film).mean,
+    film, seconds = session.film, time.process_time() - before
+    return Run(seconds, float(np.mean(film.counts)), film.most_samples, luminance_of(film).mean,
                last.why_stopped == "error")
 
 
@@ -118,10 +121,11 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=16)
     parser.add_argument("--reference", type=int, default=8192, help="samples")
     parser.add_argument("--device", default="openmp")
+    parser.add_argument("--threads", type=int, default=1, help="waiting threads take a core's time, too")
     options = parser.parse_args()
     target = options.target / 100.0
     settings = Settings(samples=MOST, error_target=target, device=options.device, wait_for_kernels=True,
-                        passes=("combined",))
+                        threads=options.threads, passes=("combined",))
     for name in options.scenes:
         scene = scene_named(name, options.size)
         region = (0, 0, *(int(n) for n in scene.resolution))
@@ -131,7 +135,7 @@ def main() -> None:
             for adaptive in (False, True) if seed % 2 else (True, False):
                 runs[adaptive].append(run_to(scene, replace(settings, seed=seed, adaptive=adaptive), device))
         device.close()
-        with uploaded(scene, settings) as device:
+        with uploaded(scene, replace(settings, threads=0)) as device:
             pieces = np.stack([
                 luminance_of(expose(device, Film(region, COMBINED_PLANES), PIECE,
                                     replace(settings, seed=FIRST_SEED + k))).mean
