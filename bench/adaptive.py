@@ -1,9 +1,9 @@
 """What adaptive sampling saves on the way to a wanted error, and whether it biases the picture.
 
-    python -m bench.adaptive FILE.npz|NAME ... [--target 10] [--size 64] [--seeds 16] [--reference 8192]
+    python -m bench.adaptive FILE.npz|NAME ... [--target 10] [--size 64] [--seeds 16] [--reference 8192] [--away 1]
 
-NAME is a scene of tests/rare_scenes.py. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns,
-by the same session and device. Seconds are the process's, on all its cores and with all that decides: what else the
+NAME is a scene of tests/rare_scenes.py. --away 2 has the camera see twice as much to each side: the scene, and around it
+its calm background. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns, by the same session and device. Seconds are the process's, on all its cores and with all that decides: what else the
 machine does, and whether threads wait for each other, is not part of them. The reference is the mean of
 pieces with seeds of their own, each of a fixed number of samples. Of luminance.
 
@@ -64,7 +64,7 @@ def run_to(scene: Scene, settings: Settings, device) -> Run:
 
 
 def reached_by(run: Run, reference: np.ndarray, samples: int) -> float:
-    """The error that 95 % of the pixels keep; the share of the reference's own error, of so many samples, is left out."""
+    """The error that 95 % of the pixels keep, without the reference's own share, which has so many samples."""
     floor = np.maximum(reference, FLOOR * reference.mean())
     return float(np.quantile(np.abs(run.picture - reference) / floor, SHARE)) / (1.0 + run.samples / samples) ** 0.5
 
@@ -106,11 +106,12 @@ def scene_row(target: float, uniform: list[Run], adaptive: list[Run], pieces: np
             "tile_bias": [100.0 * value / mean for value in worst]}
 
 
-def scene_named(name: str, size: int) -> Scene:
+def scene_named(name: str, size: int, away: float) -> Scene:
     """A scene file, or a scene of tests/rare_scenes.py."""
     from tests.rare_scenes import SCENES
 
-    return resized(SCENES[name](), (size, size)) if name in SCENES else scene_of(Path(name), size)
+    scene = resized(SCENES[name](), (size, size)) if name in SCENES else scene_of(Path(name), size)
+    return replace(scene, camera_window=np.float32(away) * scene.camera_window)
 
 
 def main() -> None:
@@ -118,6 +119,7 @@ def main() -> None:
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--target", type=float, default=10.0, help="per cent")
     parser.add_argument("--size", type=int, default=64, help="longer side in pixels")
+    parser.add_argument("--away", type=float, default=1.0, help="how many times as much the camera sees")
     parser.add_argument("--seeds", type=int, default=16)
     parser.add_argument("--reference", type=int, default=8192, help="samples")
     parser.add_argument("--device", default="openmp")
@@ -127,7 +129,7 @@ def main() -> None:
     settings = Settings(samples=MOST, error_target=target, device=options.device, wait_for_kernels=True,
                         threads=options.threads, passes=("combined",))
     for name in options.scenes:
-        scene = scene_named(name, options.size)
+        scene = scene_named(name, options.size, options.away)
         region = (0, 0, *(int(n) for n in scene.resolution))
         device = open_device(options.device, settings)
         runs: dict[bool, list[Run]] = {False: [], True: []}
@@ -141,7 +143,7 @@ def main() -> None:
                                     replace(settings, seed=FIRST_SEED + k))).mean
                 for k in range(options.reference // PIECE)])
         if all(run.reached for both in runs.values() for run in both):
-            print_row({"scene": Path(name).stem, **scene_row(target, runs[False], runs[True], pieces)})
+            print_row({"scene": Path(name).stem, "away": options.away, **scene_row(target, runs[False], runs[True], pieces)})
         else:
             print_row({"scene": Path(name).stem, "target": target, "reached": None})
 
