@@ -2,10 +2,11 @@
 
     python -m bench.adaptive FILE.npz|NAME ... [--target 10] [--size 64] [--seeds 16] [--reference 8192] [--away 1]
 
-NAME is a scene of tests/rare_scenes.py. --away 2 has the camera see twice as much to each side: the scene, and around it
-its calm background. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns, by the same session and device. Seconds are the process's, on all its cores and with all that decides: what else the
-machine does, and whether threads wait for each other, is not part of them. The reference is the mean of
-pieces with seeds of their own, each of a fixed number of samples. Of luminance.
+NAME is a scene of tests/rare_scenes.py. --away 2 has the camera see twice as much to each side: the scene, and around
+it its calm background. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns, by the same
+session and device. Seconds are the process's, on all its cores and with all that decides: what else the machine does,
+and whether threads wait for each other, is not part of them. The reference is the mean of pieces with seeds of their
+own, each of a fixed number of samples. Of luminance.
 
 `faster` is the median of the seeds' ratios of time, `fewer` that of samples; `reached` the median of the measured error
 that 95 % of the pixels keep over the wanted one, for uniform and for adaptive renders, as bench/error_target.py has it;
@@ -47,10 +48,13 @@ class Run:
     """A render to the wanted error."""
 
     seconds: float
-    samples: float
-    most: int
+    counts: np.ndarray  # samples of each pixel
     picture: np.ndarray
     reached: bool
+
+    @property
+    def samples(self) -> float:
+        return float(self.counts.mean())
 
 
 def run_to(scene: Scene, settings: Settings, device) -> Run:
@@ -59,14 +63,14 @@ def run_to(scene: Scene, settings: Settings, device) -> Run:
     before = time.process_time()
     last = session.run()
     film, seconds = session.film, time.process_time() - before
-    return Run(seconds, float(np.mean(film.counts)), film.most_samples, luminance_of(film).mean,
-               last.why_stopped == "error")
+    return Run(seconds, np.broadcast_to(film.counts, film.shape), luminance_of(film).mean, last.why_stopped == "error")
 
 
 def reached_by(run: Run, reference: np.ndarray, samples: int) -> float:
     """The error that 95 % of the pixels keep, without the reference's own share, which has so many samples."""
     floor = np.maximum(reference, FLOOR * reference.mean())
-    return float(np.quantile(np.abs(run.picture - reference) / floor, SHARE)) / (1.0 + run.samples / samples) ** 0.5
+    own = np.abs(run.picture - reference) / np.sqrt(1.0 + run.counts / samples)
+    return float(np.quantile(own / floor, SHARE))
 
 
 def half_interval(values: np.ndarray) -> tuple[float, float]:
@@ -96,7 +100,7 @@ def scene_row(target: float, uniform: list[Run], adaptive: list[Run], pieces: np
     worst = max(parts, key=lambda part: abs(part[0]))
     return {"target": target, "seeds": len(uniform), "seconds": float(np.median([run.seconds for run in uniform])),
             "samples_uniform": float(np.median([run.samples for run in uniform])),
-            "samples": float(np.median([run.samples for run in adaptive])), "most": max(run.most for run in adaptive),
+            "samples": float(np.median([run.samples for run in adaptive])), "most": max(int(run.counts.max()) for run in adaptive),
             "faster": faster,
             "fewer": float(np.median([a.samples / b.samples for a, b in zip(uniform, adaptive, strict=True)])),
             "reached": reached, "faster_alike": faster * (reached[0] / reached[1]) ** 2,
@@ -108,10 +112,11 @@ def scene_row(target: float, uniform: list[Run], adaptive: list[Run], pieces: np
 
 def scene_named(name: str, size: int, away: float) -> Scene:
     """A scene file, or a scene of tests/rare_scenes.py."""
-    from tests.rare_scenes import SCENES
+    from tests.rare_scenes import SCENES, UNEVEN
 
-    scene = resized(SCENES[name](), (size, size)) if name in SCENES else scene_of(Path(name), size)
-    return replace(scene, camera_window=np.float32(away) * scene.camera_window)
+    made = SCENES | UNEVEN
+    scene = resized(made[name](), (size, size)) if name in made else scene_of(Path(name), size)
+    return replace(scene, arrays=scene.arrays | {"camera_window": np.float32(away) * scene.camera_window})
 
 
 def main() -> None:
@@ -143,9 +148,10 @@ def main() -> None:
                                     replace(settings, seed=FIRST_SEED + k))).mean
                 for k in range(options.reference // PIECE)])
         if all(run.reached for both in runs.values() for run in both):
-            print_row({"scene": Path(name).stem, "away": options.away, **scene_row(target, runs[False], runs[True], pieces)})
+            row = scene_row(target, runs[False], runs[True], pieces)
         else:
-            print_row({"scene": Path(name).stem, "target": target, "reached": None})
+            row = {"target": target, "reached": None}
+        print_row({"scene": Path(name).stem, "away": options.away, **row})
 
 
 if __name__ == "__main__":
