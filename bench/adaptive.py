@@ -100,7 +100,8 @@ def scene_row(target: float, uniform: list[Run], adaptive: list[Run], pieces: np
     worst = max(parts, key=lambda part: abs(part[0]))
     return {"target": target, "seeds": len(uniform), "seconds": float(np.median([run.seconds for run in uniform])),
             "samples_uniform": float(np.median([run.samples for run in uniform])),
-            "samples": float(np.median([run.samples for run in adaptive])), "most": max(int(run.counts.max()) for run in adaptive),
+            "samples": float(np.median([run.samples for run in adaptive])),
+            "most": max(int(run.counts.max()) for run in adaptive),
             "faster": faster,
             "fewer": float(np.median([a.samples / b.samples for a, b in zip(uniform, adaptive, strict=True)])),
             "reached": reached, "faster_alike": faster * (reached[0] / reached[1]) ** 2,
