@@ -1,10 +1,12 @@
 """What adaptive sampling saves on the way to a wanted error, and whether it biases the picture.
 
-    python -m bench.adaptive FILE.npz|NAME ... [--target 10] [--size 64] [--seeds 16] [--reference 8192]
+    python -m bench.adaptive FILE.npz|NAME ... [--target 10] [--size 64] [--seeds 16] [--reference 8192] [--away 1]
 
-NAME is a scene of tests/rare_scenes.py. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns,
-by the same session and device; seconds are the sessions' own, with all that decides. The reference is the mean of
-pieces with seeds of their own, each of a fixed number of samples. Of luminance.
+NAME is a scene of tests/rare_scenes.py. --away 2 has the camera see twice as much to each side: the scene, and around
+it its calm background. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns, by the same
+session and device. Seconds are the process's, on all its cores and with all that decides: what else the machine does,
+and whether threads wait for each other, is not part of them. The reference is the mean of pieces with seeds of their
+own, each of a fixed number of samples. Of luminance.
 
 `faster` is the median of the seeds' ratios of time, `fewer` that of samples; `reached` the median of the measured error
 that 95 % of the pixels keep over the wanted one, for uniform and for adaptive renders, as bench/error_target.py has it;
@@ -18,6 +20,7 @@ whose mean is off the reference beyond their joint 95 % interval, `tiles_uniform
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -45,25 +48,29 @@ class Run:
     """A render to the wanted error."""
 
     seconds: float
-    samples: float
-    most: int
+    counts: np.ndarray  # samples of each pixel
     picture: np.ndarray
     reached: bool
+
+    @property
+    def samples(self) -> float:
+        return float(self.counts.mean())
 
 
 def run_to(scene: Scene, settings: Settings, device) -> Run:
     """A session that leaves the device open for the next."""
     session = Session(scene, settings, device)
+    before = time.process_time()
     last = session.run()
-    film = session.film
-    return Run(last.seconds, float(np.mean(film.counts)), film.most_samples, luminance_of(film).mean,
-               last.why_stopped == "error")
+    film, seconds = session.film, time.process_time() - before
+    return Run(seconds, np.broadcast_to(film.counts, film.shape), luminance_of(film).mean, last.why_stopped == "error")
 
 
 def reached_by(run: Run, reference: np.ndarray, samples: int) -> float:
-    """The error that 95 % of the pixels keep; the share of the reference's own error, of so many samples, is left out."""
+    """The error that 95 % of the pixels keep, without the reference's own share, which has so many samples."""
     floor = np.maximum(reference, FLOOR * reference.mean())
-    return float(np.quantile(np.abs(run.picture - reference) / floor, SHARE)) / (1.0 + run.samples / samples) ** 0.5
+    own = np.abs(run.picture - reference) / np.sqrt(1.0 + run.counts / samples)
+    return float(np.quantile(own / floor, SHARE))
 
 
 def half_interval(values: np.ndarray) -> tuple[float, float]:
@@ -93,7 +100,8 @@ def scene_row(target: float, uniform: list[Run], adaptive: list[Run], pieces: np
     worst = max(parts, key=lambda part: abs(part[0]))
     return {"target": target, "seeds": len(uniform), "seconds": float(np.median([run.seconds for run in uniform])),
             "samples_uniform": float(np.median([run.samples for run in uniform])),
-            "samples": float(np.median([run.samples for run in adaptive])), "most": max(run.most for run in adaptive),
+            "samples": float(np.median([run.samples for run in adaptive])),
+            "most": max(int(run.counts.max()) for run in adaptive),
             "faster": faster,
             "fewer": float(np.median([a.samples / b.samples for a, b in zip(uniform, adaptive, strict=True)])),
             "reached": reached, "faster_alike": faster * (reached[0] / reached[1]) ** 2,
@@ -103,11 +111,13 @@ def scene_row(target: float, uniform: list[Run], adaptive: list[Run], pieces: np
             "tile_bias": [100.0 * value / mean for value in worst]}
 
 
-def scene_named(name: str, size: int) -> Scene:
+def scene_named(name: str, size: int, away: float) -> Scene:
     """A scene file, or a scene of tests/rare_scenes.py."""
-    from tests.rare_scenes import SCENES
+    from tests.rare_scenes import SCENES, UNEVEN
 
-    return resized(SCENES[name](), (size, size)) if name in SCENES else scene_of(Path(name), size)
+    made = SCENES | UNEVEN
+    scene = resized(made[name](), (size, size)) if name in made else scene_of(Path(name), size)
+    return replace(scene, arrays=scene.arrays | {"camera_window": np.float32(away) * scene.camera_window})
 
 
 def main() -> None:
@@ -115,15 +125,17 @@ def main() -> None:
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--target", type=float, default=10.0, help="per cent")
     parser.add_argument("--size", type=int, default=64, help="longer side in pixels")
+    parser.add_argument("--away", type=float, default=1.0, help="how many times as much the camera sees")
     parser.add_argument("--seeds", type=int, default=16)
     parser.add_argument("--reference", type=int, default=8192, help="samples")
     parser.add_argument("--device", default="openmp")
+    parser.add_argument("--threads", type=int, default=1, help="waiting threads take a core's time, too")
     options = parser.parse_args()
     target = options.target / 100.0
     settings = Settings(samples=MOST, error_target=target, device=options.device, wait_for_kernels=True,
-                        passes=("combined",))
+                        threads=options.threads, passes=("combined",))
     for name in options.scenes:
-        scene = scene_named(name, options.size)
+        scene = scene_named(name, options.size, options.away)
         region = (0, 0, *(int(n) for n in scene.resolution))
         device = open_device(options.device, settings)
         runs: dict[bool, list[Run]] = {False: [], True: []}
@@ -131,15 +143,16 @@ def main() -> None:
             for adaptive in (False, True) if seed % 2 else (True, False):
                 runs[adaptive].append(run_to(scene, replace(settings, seed=seed, adaptive=adaptive), device))
         device.close()
-        with uploaded(scene, settings) as device:
+        with uploaded(scene, replace(settings, threads=0)) as device:
             pieces = np.stack([
                 luminance_of(expose(device, Film(region, COMBINED_PLANES), PIECE,
                                     replace(settings, seed=FIRST_SEED + k))).mean
                 for k in range(options.reference // PIECE)])
         if all(run.reached for both in runs.values() for run in both):
-            print_row({"scene": Path(name).stem, **scene_row(target, runs[False], runs[True], pieces)})
+            row = scene_row(target, runs[False], runs[True], pieces)
         else:
-            print_row({"scene": Path(name).stem, "target": target, "reached": None})
+            row = {"target": target, "reached": None}
+        print_row({"scene": Path(name).stem, "away": options.away, **row})
 
 
 if __name__ == "__main__":

@@ -55,4 +55,20 @@ def glints() -> Scene:
     return b.make()
 
 
+def niche() -> Scene:
+    """Uneven noise: a small room with a lamp behind a board, open to the front, on a wide floor under an even sky."""
+    b = Builder(SIZE)
+    b.world = (0.7, 0.75, 0.8)
+    b.look((0, -4.2, 1.5), (0, 0, 0.8), 0.5)
+    b.add(quad((0, 0, 0), (12, 0, 0), (0, 12, 0)), diffuse(0.6))
+    for side in (quad((0, 1.2, 0.8), (0.8, 0, 0), (0, 0, 0.8)), quad((-0.8, 0.4, 0.8), (0, 0.8, 0), (0, 0, 0.8)),
+                 quad((0.8, 0.4, 0.8), (0, -0.8, 0), (0, 0, 0.8)), quad((0, 0.4, 1.6), (0.8, 0, 0), (0, -0.8, 0)),
+                 quad((0, 0.4, 0.01), (0.8, 0, 0), (0, 0.8, 0))):
+        b.add(side, diffuse(0.75))
+    b.add(quad((0, 0.4, 1.4), (0.3, 0, 0), (0, -0.3, 0)), diffuse(0.5))
+    b.add(quad((0, 0.4, 1.5), (0.05, 0, 0), (0, 0.05, 0)), emission(100.0))
+    return b.make()
+
+
 SCENES = {scene.__name__: scene for scene in (bulb, caustic, fence, glints)}
+UNEVEN = {scene.__name__: scene for scene in (niche,)}
