@@ -21,8 +21,9 @@ from isophote.device import DeviceError, list_devices
 from isophote.images import ImageError
 from isophote.scene import SceneError, resized
 from isophote.settings import Settings
+from isophote.trade.job import Job
 from isophote.trade.plan import reduced
-from isophote.trade.report import Job, make_report
+from isophote.trade.report import make_report
 from isophote.trade.runs import TradeError
 
 from .exporter import render_to_scene

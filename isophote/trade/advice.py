@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isophote.trade.analysis import EQUAL, Measured
+from isophote.trade.analysis import EQUAL, SMALL, Measured
 from isophote.trade.grid import BASE, TRUTH
 
 FEWEST_POWER, MOST_POWER = 0.25, 1.0  # of the variance
@@ -128,12 +128,19 @@ def for_time(curves: list[Curve], seconds: float) -> Advice:
                   bool(seconds > best.seconds[-1]))
 
 
+def differs_in_effort(one: Measured) -> bool:
+    """Whether time or noise differ from the user's settings, beyond chance for all choices together."""
+    return any(found and abs(ratio.value - 1.0) >= SMALL
+               for ratio, found in ((one.time, one.time_found), (one.noise_ratio, one.noise_found)))
+
+
 def is_eligible(one: Measured) -> bool:
     """Whether a choice may be recommended: it is quicker beyond doubt, or brings back light; a filter is taste."""
     if one.choice.key in (BASE, TRUTH):
         return True
     brings_light = one.light_found and one.light.value > EQUAL
-    return one.choice.axis != "Filter" and (one.effort.high < 1.0 or brings_light)
+    return one.choice.axis != "Filter" and (
+        differs_in_effort(one) and one.effort.high < 1.0 or brings_light)
 
 
 def advise(measured: list[Measured]) -> list[Advice]:

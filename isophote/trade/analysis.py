@@ -25,9 +25,10 @@ from isophote.confidence import FLOOR as DARK
 from isophote.confidence import SHARE, near
 from isophote.statistics import LUMINANCE, sums_over_tiles
 from isophote.trade.grid import Choice
-from isophote.trade.intervals import Interval, corrected_level, interval_of, log_jackknife, student_quantile
+from isophote.trade.intervals import LEVEL, Interval, corrected_level, interval_of, log_jackknife, student_quantile
 
 FLOOR = 0.01  # of the mean's square, added to the denominator, as in bench/error_over_time.py
+SMALL = 0.03  # relative: less of time or noise is not worth a word
 EQUAL = 0.0005  # of the mean brightness: light within this counts as the same
 
 
@@ -68,12 +69,13 @@ class Measured:
 
     By number of samples: `noise`, `error` (relative, root mean square) and `seconds` (median). At the most samples:
     `time` and `noise_ratio` over the user's settings at equal samples, `light` (relative change of the mean luminance
-    from the user's settings), `light_bias` (from the truth), `light_found` and `bias_found` (whether they are beyond
-    chance for all choices together), `bias` and `tile_bias` (from the truth, rms over pixels and over tiles). From the
-    user's settings, or for those from the truth: `shift` (rms over pixels), `worst_tile` (the largest change of the
-    tiles where it is beyond chance, None where there is none), `tiles_off` (their share), `change` (picture of it, mean
-    over the seeds, (h, w, 3)). `picture` is the first seed's; `same_bits` as the user's settings. `within`: 95 % of the
-    pixels are within this of their brightness (the median seed), those of the user's settings within `base_within`.
+    from the user's settings), `light_bias` (from the truth); `time_found`, `noise_found`, `light_found`, `bias_found`:
+    whether they are beyond chance for all choices together; `bias` and `tile_bias` (from the truth, rms over pixels and
+    over tiles). From the user's settings, or for those from the truth: `shift` (rms over pixels), `worst_tile` (the
+    largest change of the tiles where it is beyond chance, None where there is none), `tiles_off` (their share),
+    `change` (picture of it, mean over the seeds, (h, w, 3)). `picture` is the first seed's; `same_bits` as the user's
+    settings. `within`: 95 % of the pixels are within this of their brightness (the median seed), those of the user's
+    settings within `base_within`.
     """
 
     choice: Choice
@@ -84,7 +86,9 @@ class Measured:
     noise: list[Interval]
     error: list[Interval]
     time: Interval
+    time_found: bool
     noise_ratio: Interval
+    noise_found: bool
     light: Interval
     light_found: bool
     light_bias: Interval
@@ -169,6 +173,23 @@ def light_change(a: Replicates, b: Replicates, brightness: float, level: float) 
     return interval_of(means), not interval_of(means, level).holds_zero
 
 
+def time_ratio(a: Replicates, b: Replicates, level: float) -> tuple[Interval, bool]:
+    """Seconds of a over those of b at the most samples, round by round: 95 % interval, and whether beyond chance."""
+    in_a, in_b = shared(a, b)
+    logs = np.log(a.seconds[in_a, -1] / b.seconds[in_b, -1])
+    return interval_of(logs).map(lambda x: math.exp(min(x, 700.0))), not interval_of(logs, level).holds_zero
+
+
+def ratio_of_noise(a: Replicates, b: Replicates, below: np.ndarray, level: float) -> tuple[Interval, bool]:
+    """The same of their noise."""
+    in_a, in_b = shared(a, b)
+    mine, theirs = spread(a.pictures[in_a, -1], below), spread(b.pictures[in_b, -1], below)
+    if not theirs[0] > 0.0:
+        return Interval(1.0, 1.0, 1.0), False
+    wide, usual = (log_jackknife(mine[0] / theirs[0], mine[1] / theirs[1], of) for of in (level, LEVEL))
+    return usual.map(math.sqrt), not wide.low <= 1.0 <= wide.high
+
+
 def differences(a: Replicates, b: Replicates) -> np.ndarray:
     """a - b at the most samples for each seed that both have, (K, h, w, 3)."""
     in_a, in_b = shared(a, b)
@@ -223,19 +244,16 @@ def measure_one(own: Replicates, base: Replicates, truth: Replicates, reference:
         noise.append(log_jackknife(whole, parts).map(math.sqrt))
         both = (np.maximum(parts, 0.0) + np.maximum(bias_parts, 0.0)) if len(parts) == len(bias_parts) else parts
         error.append(log_jackknife(whole + max(0.0, bias), both).map(math.sqrt))
-    mine, theirs = spread(own.pictures[in_own, -1], below), spread(base.pictures[in_base, -1], below)
-    ratio = log_jackknife(mine[0] / theirs[0], mine[1] / theirs[1]) if theirs[0] > 0.0 else Interval(1.0, 1.0, 1.0)
+    time, time_found = time_ratio(own, base, level)
+    noise_ratio, noise_found = ratio_of_noise(own, base, below, level)
     light, light_found = light_change(own, base, brightness, level)
     light_bias, bias_found = light_change(own, truth, brightness, level)
     tiles = in_tiles(differences(own, truth), reference)
     tile_bias = math.sqrt(max(0.0, offset(tiles, np.ones(tiles.shape[1:]))[0]))
     worst_tile, tiles_off = tiles_beyond_chance(in_tiles(change, reference))
-    times = np.log(own.seconds[in_own, -1] / base.seconds[in_base, -1])
     return Measured(
         own.choice, len(own.seeds), own.counts.tolist(), np.median(own.seconds, axis=0).tolist(), own.setup, noise,
-        error, interval_of(times).map(lambda x: math.exp(min(x, 700.0))), ratio.map(math.sqrt), light, light_found,
-        light_bias, bias_found, math.sqrt(max(0.0, bias)), tile_bias, math.sqrt(max(0.0, offset(change, below)[0])),
-        worst_tile, tiles_off,
+        error, time, time_found, noise_ratio, noise_found, light, light_found, light_bias, bias_found,
+        math.sqrt(max(0.0, bias)), tile_bias, math.sqrt(max(0.0, offset(change, below)[0])), worst_tile, tiles_off,
         bool(np.array_equal(own.pictures[in_own], base.pictures[in_base])), within(own, reference),
         within(base, reference), own.pictures[0, -1].copy(), change.mean(axis=0), own.info)
-

@@ -18,8 +18,9 @@ from isophote.render_command import LINE_SECONDS, Interrupted, open_scene, with_
 from isophote.render_command import Job as RenderJob
 from isophote.scene import Scene, resized
 from isophote.settings import Settings
+from isophote.trade.job import Job, Status
 from isophote.trade.plan import reduced
-from isophote.trade.report import Job, Status, make_report
+from isophote.trade.report import make_report
 
 UNITS = {"": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
 

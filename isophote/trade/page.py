@@ -177,14 +177,14 @@ def method(about: About, measured: list[Measured], reference: Reference) -> str:
     base = next(one for one in measured if one.choice.key == BASE)
     counts = ", ".join(f"{count:.0f}" for count in base.counts)
     return f"""<section><h2>How this was measured</h2>
-<p>Every choice was rendered {about.rounds} times (each time with another seed), at {counts} samples a pixel, in turn,
-so that a busy machine slows all alike. Seeds are shared: with the same random numbers two settings differ by what the
-setting does, and lasting changes show that are far below the noise. The reference has seeds of its own.</p>
+<p>Every choice was rendered {about.rounds} times, each time with another seed and in another order (a busy machine
+slows all alike), at {counts} samples a pixel. Seeds are shared: with the same random numbers two settings differ by
+what the setting does, and lasting changes show that are far below the noise. The reference has seeds of its own.</p>
 <p><b>Error</b> is the root of relMSE, the mean over pixels and channels of (x - r)&sup2; / (r&sup2; + 0.01
 mean(r)&sup2;): the noise and the lasting error together. <b>Noise</b> comes from the spread between seeds and needs no
 reference. <b>Light</b> is the mean luminance of the picture. Intervals hold the true value in 95 of 100 reports
-(Student's t, the jackknife). Since many settings are asked whether they change the light, one is said to only where its
-interval at a level corrected for their number (Sidak) leaves 0 out. Where light comes in rare bright hits (caustics), a
+(Student's t, the jackknife). Since many settings are asked what they change, one is said to change something only where
+its interval at a level corrected for their number (Sidak) says so. Where light comes in rare bright hits (caustics), a
 few seeds know too little of them, and intervals are too short.</p>
 <p>Seconds are those of rendering; set-up (trees, kernels) took {duration(base.setup)} a picture besides. The reference
 of {reference.samples:,} samples is in {escape(precision_of(measured))}. Time goes with the number of pixels; errors do

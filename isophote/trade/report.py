@@ -7,82 +7,36 @@ A report that was interrupted takes what is there and goes on with the plan; wha
 from __future__ import annotations
 
 import datetime
+import random
 import shutil
-import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 
 import numpy as np
 
-from isophote.device import DeviceError
-from isophote.scene import Scene
-from isophote.settings import Settings
 from isophote.trade import pictures as drawing
 from isophote.trade.advice import advise
 from isophote.trade.analysis import Measured, Reference, Replicates, make_reference, measure
-from isophote.trade.grid import (
-    ADAPTIVE,
-    FIELDS,
-    TRUTH,
-    Choice,
-    adaptive_choice,
-    make_grid,
-    plain_settings,
-    truth_of,
-)
+from isophote.trade.grid import ADAPTIVE, TRUTH, Choice, adaptive_choice, make_grid, plain_settings
+from isophote.trade.job import Job, Status
 from isophote.trade.page import CHANGE_FULL, NOISE_FULL, About, make_page
+from isophote.trade.pilots import make_plan, truth_choice
 from isophote.trade.plan import (
     ADAPTIVE_ROOM,
-    FEWEST_ADAPTIVE,
     FEWEST_ROUNDS,
-    FLOAT64_WORTH,
     MOST_ROUNDS,
     REFERENCE_SEED,
     REFERENCE_SHARE,
     RESERVE,
-    Cost,
     Plan,
     check_same,
-    choose_samples,
-    drop_slow,
     load_plan,
     save_plan,
-    snapshots,
 )
 from isophote.trade.rows import as_csv, as_json, as_object
 from isophote.trade.runs import Cancelled, Renderer, Run, Store, TradeError
 
-PILOTS, PILOT_SAMPLES = 2, 4
-PIECE = 4  # a reference piece's samples, over those of a run
-
-
-@dataclass(frozen=True)
-class Job:
-    """What a report is of. `base` are the user's settings, `devices` others to try; `seconds` is the time in all.
-
-    `pictures`: png or jpg. `anew`: forget what lies in the folder. `most_rounds` ends a report before its time.
-    """
-
-    scene: Scene
-    name: str
-    full_size: tuple[int, int]
-    base: Settings
-    folder: Path
-    seconds: float
-    devices: tuple[str, ...] = ()
-    pictures: str = "png"
-    anew: bool = False
-    most_rounds: int = MOST_ROUNDS
-
-
-@dataclass(frozen=True)
-class Status:
-    """Where a report stands: what it does, the seconds spent and those it may spend."""
-
-    doing: str
-    spent: float
-    seconds: float
+COMPARISONS = 4  # of each choice: time, noise and light with the user's settings, light with the truth
 
 
 @dataclass
@@ -165,10 +119,6 @@ def counts_of(plan: Plan, choice: Choice) -> list[int]:
     return [ADAPTIVE_ROOM * plan.counts[-1]] if choice.key == ADAPTIVE else plan.counts
 
 
-def truth_choice(base: Settings, precision: str) -> Choice:
-    return Choice(TRUTH, "Nothing left out", "Nothing left out", truth_of(base, precision))
-
-
 def found_pieces(store: Store, truth: Choice) -> int:
     count = 0
     while store.path(truth, REFERENCE_SEED + count).exists():
@@ -183,79 +133,11 @@ def note_run(work: Work, choice: Choice, seed: int, run: Run) -> None:
     work.spent += run.wall
 
 
-def make_plan(job: Job, renderer: Renderer, grid: list[Choice], base: Settings, size: tuple[int, int],
-              show: Callable[[Status], None]) -> Plan:
-    """Measure each choice's speed by short renders, and decide what fits the time."""
-    started = time.perf_counter()
-    precisions = ("strict", "reference") if base.device == "openmp" else (base.precision,)
-    truths = [truth_choice(base, precision) for precision in precisions]
-    costs, pictures, notes = run_pilots(job, renderer, [*grid, *truths], show)
-    truth, cost = truths[0], costs[truths[0].settings]
-    float64 = costs.get(truths[-1].settings)
-    if float64 and float64.sample <= FLOAT64_WORTH * cost.sample:
-        truth, cost = truths[-1], float64
-    elif float64:
-        slower = float64.sample / cost.sample
-        notes.append({"name": "64-bit reference", "what": f"would take {slower:.1f} times as long: the reference is in "
-                      f"{truth.settings.precision} precision"})
-    grid = [choice for choice in grid if choice.settings in costs]
-    kept = []
-    for choice in grid:
-        if choice.can_be_idle and np.array_equal(pictures[choice.settings], pictures[base]):
-            paths = PILOT_SAMPLES * size[0] * size[1]
-            notes.append({"name": choice.label, "what": f"changed not one of {paths:,} paths: left out"})
-        else:
-            kept.append(choice)
-    kept, slow = drop_slow(kept, [costs[choice.settings] for choice in kept])
-    left = (1.0 - RESERVE) * job.seconds - (time.perf_counter() - started)
-    samples, target = choose_samples([cost, *(costs[choice.settings] for choice in kept)], left), 0.0
-    if "adaptive" in FIELDS and samples >= FEWEST_ADAPTIVE:
-        target = float(f"{renderer.render(base, 0, [samples]).info['error_95'] or 0.0:.3g}")
-    elif "adaptive" in FIELDS:
-        notes.append({"name": "Adaptive sampling", "what": f"begins at {FEWEST_ADAPTIVE} samples, and the time allows "
-                      f"runs of {samples}: left out"})
-    chosen = {choice.key: asdict(choice.settings) for choice in [*kept, truth]}
-    return Plan(renderer.scene_hash, size, chosen, snapshots(samples), PIECE * samples, time.perf_counter() - started,
-                target, notes + slow)
-
-
-def run_pilots(job: Job, renderer: Renderer, choices: list[Choice],
-               show: Callable[[Status], None]) -> tuple[dict[Settings, Cost], dict[Settings, np.ndarray], list[dict]]:
-    """Cost and picture of each choice, by settings, and notes on those that cannot be rendered here.
-
-    Of PILOTS renders the quickest counts, for others use the machine too. Raises DeviceError for the first choice.
-    """
-    started, notes = time.perf_counter(), []
-    failed: dict[tuple, str] = {}
-    for choice in choices:
-        kind = choice.settings.device, choice.settings.precision
-        try:
-            if kind not in failed:
-                renderer.render(choice.settings, 0, [1])  # what the first render waits for (kernels) is nobody's
-                failed[kind] = ""
-        except DeviceError as error:
-            if choice is choices[0]:
-                raise
-            failed[kind] = str(error)
-        if failed[kind] and choice.key != TRUTH:
-            notes.append({"name": choice.label, "what": f"cannot be rendered here: {failed[kind]}"})
-    costs, pictures = {}, {}
-    usable = [choice for choice in choices if not failed[choice.settings.device, choice.settings.precision]]
-    for _ in range(PILOTS):
-        for choice in usable:
-            show(Status(f"pilot: {choice.label}", time.perf_counter() - started, job.seconds))
-            run = renderer.render(choice.settings, 0, [PILOT_SAMPLES])
-            pictures[choice.settings] = run.pictures
-            cost = Cost(run.seconds[-1] / PILOT_SAMPLES, run.wall - run.seconds[-1])
-            costs[choice.settings] = min(cost, costs.get(choice.settings, cost), key=lambda c: c.sample)
-    return costs, pictures, notes
-
-
 def render_rounds(work: Work, show: Callable[[Status], None]) -> None:
     """Runs, and between them pieces of the reference, until the time or the rounds are over. Raises Cancelled."""
     limit = (1.0 - RESERVE) * work.job.seconds
     for seed in range(1, work.job.most_rounds + 1):
-        for choice in work.choices:
+        for choice in shuffled(work.choices, seed):
             if seed in work.done.get(choice.key, ()):
                 continue
             if work.spent + predicted(work, choice.key) > limit:
@@ -266,6 +148,11 @@ def render_rounds(work: Work, show: Callable[[Status], None]) -> None:
                 show(Status("the reference", work.spent, work.job.seconds))
                 number = len(work.done.get("reference", ()))
                 finish_run(work, work.truth, REFERENCE_SEED + number, [work.plan.piece])
+
+
+def shuffled(choices: list[Choice], seed: int) -> list[Choice]:
+    """The order of a round: another for each, so that who is whose neighbour has no say in the times."""
+    return random.Random(seed).sample(choices, len(choices))
 
 
 def reference_is_due(work: Work) -> bool:
@@ -306,8 +193,7 @@ def write_report(work: Work, partial: bool) -> dict:
                          "and the same command goes on (perhaps with more --time)")
     reference = make_reference(np.stack([piece.pictures[-1] for piece in pieces]), work.plan.piece)
     others = filter(None, (gather(work, choice) for choice in work.choices[2:]))  # one in memory at a time
-    # Each is compared with the truth and with the user's settings.
-    measured = measure(base, others, truth, reference, tests=2 * (len(work.choices) - 1))
+    measured = measure(base, others, truth, reference, tests=COMPARISONS * (len(work.choices) - 1))
     advice, about = advise(measured), make_about(work, base, partial)
     try:
         paths = write_pictures(work.job, measured, reference)

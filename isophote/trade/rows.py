@@ -27,9 +27,10 @@ def make_rows(measured: list[Measured]) -> list[dict]:
         whole = {}
         for name in OF_CHOICE:
             whole |= ends(name, getattr(one, name))
-        whole |= {"light_found": one.light_found, "bias_found": one.bias_found, "bias": one.bias,
-                  "tile_bias": one.tile_bias, "worst_tile": one.worst_tile, "tiles_off": one.tiles_off,
-                  "same_bits": one.same_bits, "within95": one.within, "power": curve_of(one).power}
+        whole |= {name: getattr(one, name) for name in ("time_found", "noise_found", "light_found", "bias_found")}
+        whole |= {"bias": one.bias, "tile_bias": one.tile_bias, "shift": one.shift, "worst_tile": one.worst_tile,
+                  "tiles_off": one.tiles_off, "same_bits": one.same_bits, "within95": one.within,
+                  "power": curve_of(one).power}
         for s, count in enumerate(one.counts):
             rows.append({"choice": one.choice.key, "axis": one.choice.axis, "label": one.choice.label,
                          "device": one.info.get("device"), "precision": one.choice.settings.precision,

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-from isophote.trade.advice import Advice
-from isophote.trade.analysis import EQUAL, Measured, Reference
+from isophote.trade.advice import Advice, differs_in_effort
+from isophote.trade.analysis import EQUAL, SMALL, Measured, Reference
 from isophote.trade.grid import BASE, TRUTH
 from isophote.trade.intervals import Interval
 
 ADAPTIVE_AXIS = "Adaptive sampling"
-SMALL = 0.03  # relative: less of time or noise is not worth a word
 GAIN = 0.9  # of the time for the same noise: less than this is a gain
 UNSURE = 0.1  # of the picture: less is not worth a warning
 SHOWN = 0.02  # of the light: that much one sees side by side
@@ -40,27 +39,22 @@ def duration(seconds: float) -> str:
     return f"{hours:.0f} h" if hours < 72 else f"{hours / 24:,.0f} days"
 
 
-def is_same(interval: Interval) -> bool:
-    """Whether a ratio is 1 as far as one can tell, or as far as it matters."""
-    return interval.low <= 1.0 <= interval.high or abs(interval.value - 1.0) < SMALL
-
-
-def time_words(time: Interval) -> str:
-    if is_same(time):
+def time_words(time: float, found: bool) -> str:
+    if not found or abs(time - 1.0) < SMALL:
         return "takes as long"
-    if time.value < 1.0:
-        return f"saves {percent(1.0 - time.value)} of the time"
-    return f"takes {time.value:.1f} times as long" if time.value >= 1.5 else f"takes {percent(time.value - 1.0)} longer"
+    if time < 1.0:
+        return f"saves {percent(1.0 - time)} of the time"
+    return f"takes {time:.1f} times as long" if time >= 1.5 else f"takes {percent(time - 1.0)} longer"
 
 
-def noise_words(ratio: Interval) -> str:
-    if is_same(ratio):
+def noise_words(ratio: float, found: bool) -> str:
+    if not found or abs(ratio - 1.0) < SMALL:
         return "leaves the noise as it is"
-    if ratio.value < 1.0:
-        return f"makes the picture {percent(1.0 - ratio.value)} less noisy"
-    if ratio.value >= 2.0:
-        return f"makes the picture {ratio.value:.1f} times as noisy"
-    return f"makes the picture {percent(ratio.value - 1.0)} noisier"
+    if ratio < 1.0:
+        return f"makes the picture {percent(1.0 - ratio)} less noisy"
+    if ratio >= 2.0:
+        return f"makes the picture {ratio:.1f} times as noisy"
+    return f"makes the picture {percent(ratio - 1.0)} noisier"
 
 
 def light_words(light: Interval, found: bool) -> str:
@@ -76,13 +70,14 @@ def sentence(one: Measured) -> str:
     """What a choice buys and costs, against the user's settings with the same samples."""
     if one.choice.key == BASE:
         return "The settings of the file, as they are."
+    took = time_words(one.time.value, one.time_found)
     if one.choice.axis == ADAPTIVE_AXIS:
-        return (f"{one.choice.label} {time_words(one.time)}, and 95 of 100 pixels are within {percent(one.within)} of "
+        return (f"{one.choice.label} {took}, and 95 of 100 pixels are within {percent(one.within)} of "
                 f"their brightness; with your settings within {percent(one.base_within)}.")
     if one.same_bits:
-        return f"{one.choice.label} {time_words(one.time)}; the picture is the same, bit by bit."
-    parts = [time_words(one.time), light_words(one.light, one.light_found), noise_words(one.noise_ratio)]
-    return f"{one.choice.label} {parts[0]}, {parts[1]}, and {parts[2]}."
+        return f"{one.choice.label} {took}; the picture is the same, bit by bit."
+    noise = noise_words(one.noise_ratio.value, one.noise_found)
+    return f"{one.choice.label} {took}, {light_words(one.light, one.light_found)}, and {noise}."
 
 
 def places(one: Measured) -> str:
@@ -103,8 +98,9 @@ def verdict(one: Measured) -> tuple[str, str]:
         return "", "A matter of taste: sharper or softer, not faster"
     adaptive = one.choice.axis == ADAPTIVE_AXIS
     effort = one.time if adaptive else one.effort
-    gains = effort.high < 1.0 and effort.value < GAIN
-    loses = effort.low > 1.0 and effort.value > 1.0 / GAIN
+    differs = one.time_found if adaptive else differs_in_effort(one)
+    gains = differs and effort.high < 1.0 and effort.value < GAIN
+    loses = differs and effort.low > 1.0 and effort.value > 1.0 / GAIN
     changed = one.light_found and one.light.largest > EQUAL
     if changed and one.light.value > 0.0:  # light that the user's settings lose
         if loses:

@@ -18,9 +18,10 @@ from isophote.settings import Settings
 from isophote.trade import grid, plan, words
 from isophote.trade.grid import BASE, TRUTH, make_grid, plain_settings, truth_of
 from isophote.trade.intervals import Interval
+from isophote.trade.job import Job
 from isophote.trade.pictures import difference, exposure_of, write_picture
 from isophote.trade.plan import Cost, choose_samples, drop_slow, reduced, snapshots
-from isophote.trade.report import Job, make_report
+from isophote.trade.report import make_report
 from isophote.trade.runs import Cancelled, TradeError
 
 TIMES = re.compile("seconds|time|effort|pareto")
@@ -62,7 +63,7 @@ def job(folder, **changes):
 def short(monkeypatch):
     """Few samples, and a plan that does not hang on how quick the machine is at the moment."""
     monkeypatch.setattr(plan, "MOST_SAMPLES", 16)
-    monkeypatch.setattr("isophote.trade.report.FLOAT64_WORTH", 1e9)
+    monkeypatch.setattr("isophote.trade.pilots.FLOAT64_WORTH", 1e9)
 
 
 # ------------------------------------------------------------------ grid and plan
@@ -141,12 +142,12 @@ def test_a_report_says_what_is_so(numpy_engine, tmp_path, short):
 
 
 def test_adaptive_sampling_is_tried_where_it_is_a_setting(numpy_engine, tmp_path, monkeypatch, short):
-    monkeypatch.setattr("isophote.trade.report.FIELDS", {*grid.FIELDS, "adaptive"})
+    monkeypatch.setattr("isophote.trade.pilots.FIELDS", {*grid.FIELDS, "adaptive"})
     monkeypatch.setattr(grid, "FIELDS", {*grid.FIELDS, "adaptive"})
     few = make_report(job(tmp_path / "few", base=Later(), most_rounds=2))
     assert {"name": "Adaptive sampling", "what": "begins at 128 samples, and the time allows runs of 16: left out"} in (
         few["notes"])
-    monkeypatch.setattr("isophote.trade.report.FEWEST_ADAPTIVE", 16)
+    monkeypatch.setattr("isophote.trade.pilots.FEWEST_ADAPTIVE", 16)
     result = make_report(job(tmp_path / "enough", base=Later(), most_rounds=2))
     row = next(row for row in result["rows"] if row["choice"] == "adaptive")
     settings = next(choice["settings"] for choice in result["choices"] if choice["choice"] == "adaptive")
@@ -219,7 +220,7 @@ def test_a_damaged_run_is_rendered_again(numpy_engine, tmp_path, short):
 
 
 def test_the_time_is_kept(numpy_engine, tmp_path, monkeypatch):
-    monkeypatch.setattr("isophote.trade.report.PILOTS", 1)
+    monkeypatch.setattr("isophote.trade.pilots.PILOTS", 1)
     result = make_report(job(tmp_path, seconds=4.0, most_rounds=1000))
     assert result["spent"] <= 4.0 and result["rounds"] >= 3
 
@@ -249,13 +250,12 @@ def test_pictures(tmp_path):
 def test_words():
     assert [words.percent(x) for x in (0.123, 0.0311, 0.05, 0.00042, 0.0, 1e-9)] == [
         "12 %", "3.1 %", "5 %", "0.042 %", "0 %", "less than 0.00001 %"]
-    assert words.time_words(Interval(0.63, 0.6, 0.66)) == "saves 37 % of the time"
-    for same in (Interval(0.63, 0.3, 1.3), Interval(0.99, 0.98, 0.995)):
-        assert words.time_words(same) == "takes as long"
+    assert words.time_words(0.63, True) == "saves 37 % of the time"
+    assert words.time_words(0.63, False) == words.time_words(0.99, True) == "takes as long"
     assert words.light_words(Interval(-0.031, -0.033, -0.029), True) == "removes 3.1 % of the light"
     assert words.light_words(Interval(-0.001, -0.003, 0.001), False) == (
         "keeps the light as far as one can tell (a change is smaller than 0.3 %)")
-    assert words.noise_words(Interval(0.6, 0.5, 0.7)) == "makes the picture 40 % less noisy"
+    assert words.noise_words(0.6, True) == "makes the picture 40 % less noisy"
 
 
 # ------------------------------------------------------------------ the command
@@ -275,7 +275,7 @@ def scene(tmp_path):
 
 
 def test_the_command_makes_a_report(numpy_engine, scene, tmp_path, monkeypatch):
-    monkeypatch.setattr("isophote.trade.report.PILOTS", 1)
+    monkeypatch.setattr("isophote.trade.pilots.PILOTS", 1)
     outcome = run(scene, "-o", tmp_path / "report", "--time", "4s", "--size", "8x6", "--pictures", "jpg", "--json")
     assert outcome.exit_code == 0, outcome.output
     result = json.loads(outcome.stdout)
