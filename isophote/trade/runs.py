@@ -66,7 +66,10 @@ class Renderer:
         started = time.perf_counter()
         kind = settings.device, settings.precision, settings.threads
         device, geometry = self.left.pop(kind, (None, None))
-        with Session(self.scene, replace(settings, seed=seed, samples=counts[0]), device, kept=geometry) as session:
+        settings = replace(settings, seed=seed, samples=counts[0])
+        if device is not None:
+            device.take_up(settings)  # always true: the kind holds all that it asks for
+        with Session(self.scene, settings, device, kept=geometry) as session:
             setup = time.perf_counter() - started
             pictures, drawn, seconds = [], [], []
             for count in counts:
