@@ -4,8 +4,8 @@
 
 NAME is a scene of tests/rare_scenes.py. --away 2 has the camera see twice as much to each side: the scene, and around
 it its calm background. Each seed is rendered to the wanted error twice, uniform and adaptive, in turns, by the same
-session and device. Seconds are the process's, on all its cores and with all that decides: what else the machine does,
-and whether threads wait for each other, is not part of them. The reference is the mean of pieces with seeds of their
+session and device. Seconds are the process's, with all that decides: what else the machine does is not part of them;
+on OpenCL devices they are the wall's. The reference is the mean of pieces with seeds of their
 own, each of a fixed number of samples. Of luminance.
 
 `faster` is the median of the seeds' ratios of time, `fewer` that of samples; `reached` the median of the measured error
@@ -60,9 +60,10 @@ class Run:
 def run_to(scene: Scene, settings: Settings, device) -> Run:
     """A session that leaves the device open for the next."""
     session = Session(scene, settings, device)
-    before = time.process_time()
+    clock = time.process_time if settings.device == "openmp" else time.perf_counter
+    before = clock()
     last = session.run()
-    film, seconds = session.film, time.process_time() - before
+    film, seconds = session.film, clock() - before
     return Run(seconds, np.broadcast_to(film.counts, film.shape), luminance_of(film).mean, last.why_stopped == "error")
 
 

@@ -50,14 +50,19 @@ def next_limits(film: Film, target: float, most: int) -> np.ndarray:
 
     Between blocks only. The result is the same as before only where all pixels have reached `most`.
     """
-    counts, seen, most = np.broadcast_to(film.counts, film.shape), luminance_of(film), most // BLOCK * BLOCK
-    limits = counts.astype(np.int64)
-    fields = colours(film.shape)
+    counts = np.broadcast_to(film.counts, film.shape)
+    return next_counts(luminance_of(film), counts, target, most // BLOCK * BLOCK - np.min(film.first)) + film.first
+
+
+def next_counts(seen: Luminance, counts: np.ndarray, target: float, most: int) -> np.ndarray:
+    """How many samples each pixel of a picture that has `counts` (h, w) is to have next, at most `most`."""
+    next_ones = counts.astype(np.int64)
+    fields = colours(counts.shape)
     for takes, gives in zip(fields, fields[::-1], strict=True):
         own = Luminance(seen.mean[gives], seen.variance[gives], (seen.origin[0] // 2, seen.origin[1]))
         wanted = on_cells(wanted_samples(own, counts[gives], target), own.mean.shape)
-        limits[takes] = spend(wanted, limits[takes], most - np.min(film.first))
-    return limits + film.first
+        next_ones[takes] = spend(wanted, next_ones[takes], most)
+    return next_ones
 
 
 def colours(shape: tuple[int, int]) -> list[tuple[np.ndarray, np.ndarray]]:
