@@ -250,8 +250,9 @@ def test_pictures(tmp_path):
 def test_words():
     assert [words.percent(x) for x in (0.123, 0.0311, 0.05, 0.00042, 0.0, 1e-9)] == [
         "12 %", "3.1 %", "5 %", "0.042 %", "0 %", "less than 0.00001 %"]
-    assert words.time_words(0.63, True) == "saves 37 % of the time"
-    assert words.time_words(0.63, False) == words.time_words(0.99, True) == "takes as long"
+    assert words.time_words(Interval(0.63, 0.6, 0.66), True) == "saves 37 % of the time"
+    assert words.time_words(Interval(0.99, 0.9, 1.1), False) == "takes as long"
+    assert words.time_words(Interval(0.8, 0.5, 1.28), False) == "takes about as long (between 50 % less and 28 % more)"
     assert words.light_words(Interval(-0.031, -0.033, -0.029), True) == "removes 3.1 % of the light"
     assert words.light_words(Interval(-0.001, -0.003, 0.001), False) == (
         "keeps the light as far as one can tell (a change is smaller than 0.3 %)")
