@@ -44,7 +44,9 @@ def time_words(time: Interval, found: bool) -> str:
     """What happens to the time; where that is not known well, between what and what it may be."""
     value = time.value
     if not found and max(abs(time.low - 1.0), abs(time.high - 1.0)) >= UNKNOWN:
-        return f"takes about as long (between {change_words(time.low)} and {change_words(time.high)})"
+        about = "probably saves time" if time.high < 1.0 else "probably takes longer" if time.low > 1.0 else (
+            "takes about as long")
+        return f"{about} (between {change_words(time.low)} and {change_words(time.high)})"
     if not found or abs(value - 1.0) < SMALL:
         return "takes as long"
     if value < 1.0:

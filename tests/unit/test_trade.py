@@ -253,6 +253,7 @@ def test_words():
     assert words.time_words(Interval(0.63, 0.6, 0.66), True) == "saves 37 % of the time"
     assert words.time_words(Interval(0.99, 0.9, 1.1), False) == "takes as long"
     assert words.time_words(Interval(0.8, 0.5, 1.28), False) == "takes about as long (between 50 % less and 28 % more)"
+    assert words.time_words(Interval(0.8, 0.7, 0.95), False) == "probably saves time (between 30 % less and 5 % less)"
     assert words.light_words(Interval(-0.031, -0.033, -0.029), True) == "removes 3.1 % of the light"
     assert words.light_words(Interval(-0.001, -0.003, 0.001), False) == (
         "keeps the light as far as one can tell (a change is smaller than 0.3 %)")
