@@ -225,7 +225,8 @@ def measure(base: Replicates, others: Iterable[Replicates], truth: Replicates, r
             tests: int) -> list[Measured]:
     """The user's settings, the others (which may be loaded one by one) and the truth, in this order.
 
-    `tests` is how many comparisons of light are made in all, for which their level is corrected.
+    `tests` is how many choices are asked one question (whether time, noise or light differ), for which its level is
+    corrected.
     """
     level = corrected_level(tests)
     return [measure_one(own, base, truth, reference, level) for own in chain([base], others, [truth])]

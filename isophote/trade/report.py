@@ -36,8 +36,6 @@ from isophote.trade.plan import (
 from isophote.trade.rows import as_csv, as_json, as_object
 from isophote.trade.runs import Cancelled, Renderer, Run, Store, TradeError
 
-COMPARISONS = 4  # of each choice: time, noise and light with the user's settings, light with the truth
-
 
 @dataclass
 class Work:
@@ -193,7 +191,7 @@ def write_report(work: Work, partial: bool) -> dict:
                          "and the same command goes on (perhaps with more --time)")
     reference = make_reference(np.stack([piece.pictures[-1] for piece in pieces]), work.plan.piece)
     others = filter(None, (gather(work, choice) for choice in work.choices[2:]))  # one in memory at a time
-    measured = measure(base, others, truth, reference, tests=COMPARISONS * (len(work.choices) - 1))
+    measured = measure(base, others, truth, reference, tests=len(work.choices) - 1)
     advice, about = advise(measured), make_about(work, base, partial)
     try:
         paths = write_pictures(work.job, measured, reference)

@@ -11,6 +11,7 @@ from isophote.trade.intervals import Interval
 
 ADAPTIVE_AXIS = "Adaptive sampling"
 GAIN = 0.9  # of the time for the same noise: less than this is a gain
+UNKNOWN = 0.2  # of the time: an interval that wide is said
 UNSURE = 0.1  # of the picture: less is not worth a warning
 SHOWN = 0.02  # of the light: that much one sees side by side
 
@@ -39,12 +40,27 @@ def duration(seconds: float) -> str:
     return f"{hours:.0f} h" if hours < 72 else f"{hours / 24:,.0f} days"
 
 
-def time_words(time: float, found: bool) -> str:
-    if not found or abs(time - 1.0) < SMALL:
+def time_words(time: Interval, found: bool) -> str:
+    """What happens to the time; where that is not known well, between what and what it may be."""
+    value = time.value
+    if not found and max(abs(time.low - 1.0), abs(time.high - 1.0)) >= UNKNOWN:
+        about = "probably saves time" if time.high < 1.0 else "probably takes longer" if time.low > 1.0 else (
+            "takes about as long")
+        return f"{about} (between {change_words(time.low)} and {change_words(time.high)})"
+    if not found or abs(value - 1.0) < SMALL:
         return "takes as long"
-    if time < 1.0:
-        return f"saves {percent(1.0 - time)} of the time"
-    return f"takes {time:.1f} times as long" if time >= 1.5 else f"takes {percent(time - 1.0)} longer"
+    if value < 1.0:
+        return f"saves {percent(1.0 - value)} of the time"
+    return f"takes {value:.1f} times as long" if value >= 1.5 else f"takes {percent(value - 1.0)} longer"
+
+
+def change_words(ratio: float) -> str:
+    """\"12 % less\", \"30 % more\", \"2.3 times\"."""
+    if not math.isfinite(ratio):
+        return "any"
+    if ratio >= 2.0:
+        return f"{ratio:.1f} times"
+    return f"{percent(1.0 - ratio)} {'less' if ratio < 1.0 else 'more'}"
 
 
 def noise_words(ratio: float, found: bool) -> str:
@@ -70,7 +86,7 @@ def sentence(one: Measured) -> str:
     """What a choice buys and costs, against the user's settings with the same samples."""
     if one.choice.key == BASE:
         return "The settings of the file, as they are."
-    took = time_words(one.time.value, one.time_found)
+    took = time_words(one.time, one.time_found)
     if one.choice.axis == ADAPTIVE_AXIS:
         return (f"{one.choice.label} {took}, and 95 of 100 pixels are within {percent(one.within)} of "
                 f"their brightness; with your settings within {percent(one.base_within)}.")
