@@ -2,9 +2,9 @@
 
     python -m bench.error_target FILE.npz ... [--targets 20,10,5] [--size 64] [--seeds 24] [--reference 4096]
 
-Renders of several seeds stop as `isophote render --error` does (isophote/session.py): at the first fixed number of
-samples at which the film claims the wanted error. The reference is the mean of pieces with seeds of their own, each
-of a fixed number of samples. Of luminance, which errors are measured as in bench/coverage.py.
+Renders of several seeds stop as `isophote render --error E --uniform` does (isophote/session.py): at the first fixed
+number of samples at which the film claims the wanted error. The reference is the mean of pieces with seeds of their
+own, each of a fixed number of samples. Of luminance, which errors are measured as in bench/coverage.py.
 
 `reached` is the measured error that 95 % of the pixels keep over the wanted one (the median, `reached_low` and
 `reached_high` of the seeds); `samples` the median, lowest and highest number. `bias` is what stopping does to the

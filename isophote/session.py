@@ -308,7 +308,7 @@ class Session:
             "height": height,
             "samples": self.film.samples,
             "most_samples": self.film.most_samples,
-            "samples_by_device": {name: round(paths / self.pixels) for name, paths in self._paths_by_device.items()},
+            "samples_by_device": {name: paths // self.pixels for name, paths in self._paths_by_device.items()},
             "setup_seconds": self.setup_seconds,
             "build_seconds": self.build_seconds,
             "compile_seconds": self.device.compile_seconds,

@@ -260,7 +260,7 @@ def test_the_cpu_goes_on_where_a_device_fails():
     session = Session(tiny_scene(), of(**TARGET), failing)
     session.run()
     assert failing.closed and bits(session.film) == bits(rendered(**TARGET).film)
-    assert sum(session.result()["samples_by_device"].values()) == pytest.approx(session.film.samples, abs=1)
+    assert sum(session.result()["samples_by_device"].values()) == pytest.approx(session.film.samples, abs=2)
 
 
 def test_whether_it_was_adaptive_is_no_setting_of_the_samples():
