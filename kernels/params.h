@@ -50,6 +50,12 @@ typedef struct {
 /* Behind them where light is clamped: luminance cut from direct and from indirect light of replicate 0, then of 1. */
 #define PLANES_CUT 4
 #define LIMITS 5 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, transparent */
+
 #define DEPTH_NOTHING REAL(1e10) /* as Cycles writes where the camera sees nothing */
+
+/* Planes that an item adds to. */
+FN uint film_planes(Params p) {
+  return p.cut_plane ? uint_of(p.cut_plane) + PLANES_CUT : p.aovs ? PLANES_ALL : PLANES_COMBINED;
+}
 
 #endif

@@ -208,7 +208,7 @@ bool render(const std::string &variant, const std::vector<Bytes> &buffers, const
   if (params.size() < sizeof(Params) ||
       params.size() != sizeof(Params) + (p->listed ? sizeof(ListedPixel) * size_t(p->width) : 0))
     throw std::invalid_argument("render: params of the wrong size");
-  size_t planes = p->cut_plane ? size_t(p->cut_plane) + PLANES_CUT : p->aovs ? PLANES_ALL : PLANES_COMBINED;
+  size_t planes = film_planes(*p);
   if (sums.shape(0) < planes || sums.shape(1) != size_t(p->height) || sums.shape(2) != size_t(p->width))
     throw std::invalid_argument("render: sums do not have the shape of the region");
   std::vector<const void *> scene = pointers(buffers);

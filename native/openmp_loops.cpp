@@ -135,35 +135,40 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
 
 /* -------------------------------------------------------------- accumulate */
 
-/* Adds the batch's samples to the film in the order of their numbers; those that are no numbers count as 0. */
+/* Adds the batch's samples to the film in the order of their numbers; those that are no numbers count as 0.
+ *
+ * A pixel's sums are taken out and put back once: tiles of different threads share cache lines of the film. */
 static void accumulate_batch(const Batch &b, Params params, const Part &part, uint first_sample, uint samples,
                              float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
+  uint planes = film_planes(params);
   for (uint pixel = 0; pixel < part.pixels; pixel++) {
-    size_t at = part.at[pixel];
+    float total[PLANES_ALL + PLANES_CUT];
+    for (uint p = 0; p < planes; p++) total[p] = sums[p * plane + part.at[pixel]];
     for (uint k = 0; k < samples; k++) {
       uint slot = pixel * samples + k, sample = part.first[pixel] + first_sample + k;
       int valid = is_addable(b.red[slot]) & is_addable(b.green[slot]) & is_addable(b.blue[slot]) & is_addable(b.alpha[slot]);
       if (params.cut_plane) valid &= is_addable(b.cut[0][slot]) & is_addable(b.cut[1][slot]);
       if (valid) {
-        float *half = sums + (PLANE_COMBINED + 4 * (sample & 1u)) * plane + at;
+        float *half = total + PLANE_COMBINED + 4 * (sample & 1u);
         half[0] += to_float(b.red[slot]);
-        half[plane] += to_float(b.green[slot]);
-        half[2 * plane] += to_float(b.blue[slot]);
-        half[3 * plane] += to_float(b.alpha[slot]);
+        half[1] += to_float(b.green[slot]);
+        half[2] += to_float(b.blue[slot]);
+        half[3] += to_float(b.alpha[slot]);
         if (params.cut_plane) {
-          float *cut = sums + (uint(params.cut_plane) + 2 * (sample & 1u)) * plane + at;
+          float *cut = total + uint(params.cut_plane) + 2 * (sample & 1u);
           cut[0] += to_float(b.cut[0][slot]);
-          cut[plane] += to_float(b.cut[1][slot]);
+          cut[1] += to_float(b.cut[1][slot]);
         }
       }
       for (uint a = PLANES_COMBINED; params.aovs && a < PLANES_ALL; a++) {
         real value = b.aov[a - PLANES_COMBINED][slot];
         valid &= is_addable(value);
-        if (plane_takes(a, sample) && is_addable(value)) sums[a * plane + at] += to_float(value);
+        if (plane_takes(a, sample) && is_addable(value)) total[a] += to_float(value);
       }
-      if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;
+      if (!valid) total[PLANE_INVALID] += 1.0f;
     }
+    for (uint p = 0; p < planes; p++) sums[p * plane + part.at[pixel]] = total[p];
   }
 }
 
