@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 import zipfile
 from collections.abc import Iterable
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -227,9 +228,9 @@ class Film:
 
     def list_pixels(self) -> None:
         """Open the next block of the pixels that are below their limit."""
-        listed = np.flatnonzero(self.ends < self.limits)
-        self.listed = by_tiles(listed, self.shape[1])
-        self.open = np.zeros((self.planes, 1, len(listed)), np.float32)
+        order = by_squares(*self.shape)
+        self.listed = order[(self.ends < self.limits).ravel()[order]]
+        self.open = np.zeros((self.planes, 1, len(self.listed)), np.float32)
 
     @property
     def settled(self) -> bool:
@@ -278,10 +279,11 @@ def add_block(total: Total, plane: np.ndarray, listed: np.ndarray | None) -> Non
         total.add_listed(plane[0], listed)
 
 
-def by_tiles(pixels: np.ndarray, width: int) -> np.ndarray:
-    """Indices into rows of `width` pixels, ordered by squares: neighbours' paths go much the same way."""
-    rows, columns = np.divmod(pixels, width)
-    return pixels[np.lexsort((columns, rows, columns // SQUARE, rows // SQUARE))]
+@lru_cache(maxsize=2)
+def by_squares(height: int, width: int) -> np.ndarray:
+    """Indices into (height, width) pixels, ordered by squares: neighbours' paths go much the same way."""
+    rows, columns = np.divmod(np.arange(height * width), width)
+    return np.lexsort((columns, rows, columns // SQUARE, rows // SQUARE))
 
 
 def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
