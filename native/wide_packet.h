@@ -144,7 +144,7 @@ FN bool may_hit(const Packet &p, const TriangleBlock &b, uint k) {
   Float16 zero{};
   Int16 negative = (u < zero) | (v < zero) | (w < zero), positive = (u > zero) | (v > zero) | (w > zero);
   Int16 hit = ~(negative & positive);
-  if constexpr (TEST == EDGES) return any_of(hit);
+  if (TEST == EDGES || !any_of(hit)) return any_of(hit);
   Float16 det = u + v + w, scale = p.scale.all;
   Float16 t = absolute((u * (scale * pz[0]) + v * (scale * pz[1]) + w * (scale * pz[2])) * (1.0f / det));
   return any_of(hit & (t >= p.t_min.all) & (t <= p.t.all));
