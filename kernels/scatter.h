@@ -39,7 +39,7 @@ FN Choice make_choice(real u) {
   return c;
 }
 
-FN real3 closure_weight(Instruction i, Choice c) { return load3(i.weight) * c.layer; }
+FN real3 closure_weight(Closure one, Choice c) { return one.weight * c.layer; }
 
 FN real closure_share(real3 weight, real3 albedo) {
   real3 w = weight * albedo;

@@ -258,7 +258,7 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
   Choice choice = make_choice(REAL(0.0));
   a.albedo = zero3();
   for (uint k = 0u; k < m.count; k++) {
-    Instruction c = s.instructions[m.first + k];
+    Closure c = make_closure(s.instructions[m.first + k]);
     a.albedo = a.albedo + albedo_closure(c, at.backfacing, s.albedo_tables, wo) * closure_weight(c, choice);
     choice.layer = choice.layer * layer_closure(c, at.backfacing, s.albedo_tables, wo);
   }

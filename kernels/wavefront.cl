@@ -171,7 +171,7 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
   Choice c = make_choice(REAL(0.0));
   BsdfValue sum = make_value(zero3(), REAL(0.0));
   for (uint k = 0u; k < m.count; k++) {
-    Instruction i = s.instructions[m.first + k];
+    Closure i = make_closure(s.instructions[m.first + k]);
     if (is_closure(i.op)) {
       real3 weight = closure_weight(i, c);
       real share = all.total; /* alone, a closure has all of it: its albedo need not be found again */
@@ -230,7 +230,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   Choice choice = make_choice(u_choice.y);
   real3 weight = zero3();
   for (uint k = 0u; k < m.count; k++) {
-    Instruction i = s.instructions[m.first + k];
+    Closure i = make_closure(s.instructions[m.first + k]);
     if (is_closure(i.op)) {
       real3 w = closure_weight(i, choice);
       choice = consider(choice, int_of(k), closure_share(w, albedo_closure(i, at.backfacing, s.albedo_tables, wo)));
@@ -241,7 +241,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   }
 
   if (choice.chosen < 0) return r; /* black from here */
-  BsdfSample sample = sample_closure(s.instructions[m.first + uint_of(choice.chosen)], at.backfacing, s.albedo_tables,
+  BsdfSample sample = sample_closure(make_closure(s.instructions[m.first + uint_of(choice.chosen)]), at.backfacing, s.albedo_tables,
                                      wo, choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
   real3 direction = to_world(make_frame(at.ns), sample.wi);
   sample = one_sided_sample(at, direction, sample);

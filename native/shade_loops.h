@@ -149,7 +149,7 @@ static void start_choice(Batch &__restrict b, Group g) {
 
 /* The loops below run one instruction; CLOSURES and LAYERS expand each into a loop of its own. */
 #define CLOSURE_LOOPS(number, name, class_)                                                              \
-  static void consider_##name(Batch &__restrict b, Group g, Instruction c, uint k, const float *tables) {           \
+  static void consider_##name(Batch &__restrict b, Group g, Closure c, uint k, const float *tables) {           \
     Columns columns = b.columns();                                                                        \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
       Frame frame = make_frame(shading_normal(b, i));                                                    \
@@ -164,7 +164,7 @@ static void start_choice(Batch &__restrict b, Group g) {
       b.share[k][i] = share;                                                                             \
     }                                                                                                    \
   }                                                                                                      \
-  static void evaluate_##name(Batch &__restrict b, Group g, Instruction c, uint k, const float *tables,             \
+  static void evaluate_##name(Batch &__restrict b, Group g, Closure c, uint k, const float *tables,             \
                               const real *dx, const real *dy, const real *dz) {                          \
     Columns columns = b.columns();                                                                        \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
@@ -180,7 +180,7 @@ static void start_choice(Batch &__restrict b, Group g) {
       b.pdf[i] = sum.pdf;                                                                                \
     }                                                                                                    \
   }                                                                                                      \
-  static void sample_all_##name(Batch &__restrict b, Group g, Instruction c, uint k, const float *tables) {         \
+  static void sample_all_##name(Batch &__restrict b, Group g, Closure c, uint k, const float *tables) {         \
     Columns columns = b.columns();                                                                        \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
       Path p = path_at(columns, i);                                                                                \
@@ -203,7 +203,7 @@ CLOSURES(CLOSURE_LOOPS)
 #undef CLOSURE_LOOPS
 
 #define LAYER_LOOPS(number, name)                                                                        \
-  static void apply_##name(Batch &__restrict b, Group g, Instruction c, const float *tables) {                      \
+  static void apply_##name(Batch &__restrict b, Group g, Closure c, const float *tables) {                      \
     Columns columns = b.columns();                                                                        \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
       Frame frame = make_frame(shading_normal(b, i));                                                    \
@@ -219,7 +219,7 @@ LAYERS(LAYER_LOOPS)
 static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
   start_choice(b, g);
   for (uint k = 0; k < m.count; k++) {
-    Instruction c = s.instructions[m.first + k];
+    Closure c = make_closure(s.instructions[m.first + k]);
     switch (c.op) {
 #define X(number, name, class_) \
   case number: consider_##name(b, g, c, k, s.albedo_tables); break;
@@ -237,7 +237,7 @@ static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
 static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g, const real *dx, const real *dy, const real *dz) {
   for (real *column : {b.fr, b.fg, b.fb, b.pdf}) std::fill(column + g.first, column + g.end, REAL(0.0));
   for (uint k = 0; k < m.count; k++) {
-    Instruction c = s.instructions[m.first + k];
+    Closure c = make_closure(s.instructions[m.first + k]);
     switch (c.op) {
 #define X(number, name, class_) \
   case number: evaluate_##name(b, g, c, k, s.albedo_tables, dx, dy, dz); break;
@@ -264,7 +264,7 @@ static void sample_closures(Batch &__restrict b, Scene s, Material m, Group g) {
   for (real *column : {b.lix, b.liy, b.liz, b.sr, b.sg, b.sb}) std::fill(column + g.first, column + g.end, REAL(0.0));
   for (int *column : {b.delta, b.label, b.valid}) std::fill(column + g.first, column + g.end, 0);
   for (uint k = 0; k < m.count; k++) {
-    Instruction c = s.instructions[m.first + k];
+    Closure c = make_closure(s.instructions[m.first + k]);
     switch (c.op) {
 #define X(number, name, class_) \
   case number: sample_all_##name(b, g, c, k, s.albedo_tables); break;

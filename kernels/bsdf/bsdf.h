@@ -43,7 +43,7 @@
 #define IS_USED(number) ((CLOSURES_USED >> (number)) & 1u)
 
 /* One switch for devices where each path may be at another closure. */
-FN BsdfValue eval_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
+FN BsdfValue eval_closure(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
   switch (c.op) {
 #define X(number, name, labels) \
   case number: if (IS_USED(number)) return eval_##name(c, backfacing, tables, wo, wi); break;
@@ -54,7 +54,7 @@ FN BsdfValue eval_closure(Instruction c, int backfacing, GLOBAL const float *tab
   return make_value(zero3(), REAL(0.0));
 }
 
-FN BsdfSample sample_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo,
+FN BsdfSample sample_closure(Closure c, int backfacing, GLOBAL const float *tables, real3 wo,
                              real u_choice, real2 u) {
   switch (c.op) {
 #define X(number, name, labels) \
@@ -66,7 +66,7 @@ FN BsdfSample sample_closure(Instruction c, int backfacing, GLOBAL const float *
   return make_sample(zero3(), zero3(), 0, 0, 0);
 }
 
-FN real3 albedo_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 albedo_closure(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
   switch (c.op) {
 #define X(number, name, labels) \
   case number: if (IS_USED(number)) return albedo_##name(c, backfacing, tables, wo); break;
@@ -77,7 +77,7 @@ FN real3 albedo_closure(Instruction c, int backfacing, GLOBAL const float *table
   return zero3();
 }
 
-FN real3 layer_closure(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 layer_closure(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
   switch (c.op) {
 #define X(number, name) \
   case number: if (IS_USED(number)) return layer_##name(c, backfacing, tables, wo); break;

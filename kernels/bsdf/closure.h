@@ -2,7 +2,7 @@
  *
  * wo (to the viewer) and wi (to the light) are unit, in the frame of the shading normal, wo.z > 0;
  * transmission has wi.z < 0. `backfacing`: the ray met the geometric back side, so an index of
- * refraction is inverted. Constants of an Instruction are those of isophote/materials.py. */
+ * refraction is inverted. Parameters are those of isophote/materials.py. */
 #ifndef ISOPHOTE_BSDF_CLOSURE_H
 #define ISOPHOTE_BSDF_CLOSURE_H
 #include "../scene_records.h"
@@ -14,8 +14,24 @@
 #define LABEL_SINGULAR 16
 #define LABEL_TRANSPARENT 32
 
+/* A closure at the point that is shaded: an Instruction with the values of its parameters. */
 typedef struct {
-  real3 f;  /* BSDF times |cos(wi)| and the closure's tint, without Instruction.weight */
+  int op;
+  real3 weight;
+  real params[INSTRUCTION_PARAMS];
+} Closure;
+
+/* Of an instruction whose parameters are constants. */
+FN Closure make_closure(Instruction i) {
+  Closure c;
+  c.op = i.op;
+  c.weight = load3(i.weight);
+  for (int k = 0; k < INSTRUCTION_PARAMS; k++) c.params[k] = to_real(i.params[k]);
+  return c;
+}
+
+typedef struct {
+  real3 f;  /* BSDF times |cos(wi)| and the closure's tint, without Closure.weight */
   real pdf; /* with which sample_NAME draws wi, per solid angle */
 } BsdfValue;
 
@@ -46,10 +62,8 @@ FN BsdfSample make_sample(real3 wi, real3 f, int delta, int label, int valid) {
   return s;
 }
 
-FN real param(Instruction c, int k) { return to_real(c.params[k]); }
-FN real3 param3(Instruction c, int k) {
-  return make_real3(to_real(c.params[k]), to_real(c.params[k + 1]), to_real(c.params[k + 2]));
-}
+FN real param(Closure c, int k) { return c.params[k]; }
+FN real3 param3(Closure c, int k) { return make_real3(c.params[k], c.params[k + 1], c.params[k + 2]); }
 FN real average3(real3 v) { return (v.x + v.y + v.z) * REAL(0.33333333333333333); }
 FN real3 saturate3(real3 v) { return make_real3(clamp01(v.x), clamp01(v.y), clamp01(v.z)); }
 

@@ -19,18 +19,18 @@ FN real3 sample_cosine(real2 u) {
   return make_real3(wide ? along : across, wide ? across : along, z);
 }
 
-FN BsdfValue eval_diffuse(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
+FN BsdfValue eval_diffuse(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
   real pdf = max_real(wi.z, REAL(0.0)) * INV_PI;
   return make_value(splat3(pdf), pdf);
 }
 
-FN BsdfSample sample_diffuse(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo,
+FN BsdfSample sample_diffuse(Closure c, int backfacing, GLOBAL const float *tables, real3 wo,
                              real u_choice, real2 u) {
   real3 wi = sample_cosine(u);
   return make_sample(wi, zero3(), 0, LABEL_REFLECT | LABEL_DIFFUSE, wi.z > REAL(0.0));
 }
 
-FN real3 albedo_diffuse(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 albedo_diffuse(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
   return splat3(REAL(1.0));
 }
 

@@ -8,7 +8,7 @@
 #define GLASS_MULTISCATTER 2
 #define GLASS_TINT 3
 
-FN Interface glass_interface(Instruction c, int backfacing) {
+FN Interface glass_interface(Closure c, int backfacing) {
   Interface s;
   s.roughness = param(c, GLASS_ROUGHNESS);
   s.multiscatter = param(c, GLASS_MULTISCATTER);
@@ -19,16 +19,16 @@ FN Interface glass_interface(Instruction c, int backfacing) {
   return s;
 }
 
-FN BsdfValue eval_glass(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
+FN BsdfValue eval_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
   return eval_interface(glass_interface(c, backfacing), tables, wo, wi);
 }
 
-FN BsdfSample sample_glass(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo, real u_choice,
+FN BsdfSample sample_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real u_choice,
                            real2 u) {
   return sample_interface(glass_interface(c, backfacing), tables, wo, u_choice, u);
 }
 
-FN real3 albedo_glass(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 albedo_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
   return albedo_interface(glass_interface(c, backfacing), tables, wo);
 }
 

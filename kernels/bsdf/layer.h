@@ -4,7 +4,7 @@
 #define ISOPHOTE_BSDF_LAYER_H
 #include "specular.h"
 
-FN real3 layer_specular(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 layer_specular(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
   return splat3(clamp01(REAL(1.0) - max_of3(albedo_specular(c, backfacing, tables, wo))));
 }
 

@@ -11,7 +11,7 @@
 #define PRINCIPLED_GLASS_TINT 3
 #define PRINCIPLED_GLASS_TRANSMISSION 6
 
-FN Interface principled_interface(Instruction c, int backfacing) {
+FN Interface principled_interface(Closure c, int backfacing) {
   Interface s;
   s.roughness = param(c, PRINCIPLED_GLASS_ROUGHNESS);
   s.multiscatter = param(c, PRINCIPLED_GLASS_MULTISCATTER);
@@ -22,17 +22,17 @@ FN Interface principled_interface(Instruction c, int backfacing) {
   return s;
 }
 
-FN BsdfValue eval_principled_glass(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo,
+FN BsdfValue eval_principled_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo,
                                    real3 wi) {
   return eval_interface(principled_interface(c, backfacing), tables, wo, wi);
 }
 
-FN BsdfSample sample_principled_glass(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo,
+FN BsdfSample sample_principled_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo,
                                       real u_choice, real2 u) {
   return sample_interface(principled_interface(c, backfacing), tables, wo, u_choice, u);
 }
 
-FN real3 albedo_principled_glass(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 albedo_principled_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
   return albedo_interface(principled_interface(c, backfacing), tables, wo);
 }
 

@@ -7,7 +7,7 @@
 #define REFRACTION_ROUGHNESS 0
 #define REFRACTION_IOR 1
 
-FN BsdfValue eval_refraction(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
+FN BsdfValue eval_refraction(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
   real ior = interface_ior(param(c, REFRACTION_IOR), backfacing);
   real alpha2 = square(ggx_alpha(param(c, REFRACTION_ROUGHNESS)));
   GgxLobe lobe = ggx_lobe(alpha2, ior, wo, wi);
@@ -15,7 +15,7 @@ FN BsdfValue eval_refraction(Instruction c, int backfacing, GLOBAL const float *
   return make_value(splat3(none ? REAL(0.0) : lobe.f), none ? REAL(0.0) : lobe.pdf);
 }
 
-FN BsdfSample sample_refraction(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo,
+FN BsdfSample sample_refraction(Closure c, int backfacing, GLOBAL const float *tables, real3 wo,
                                 real u_choice, real2 u) {
   real ior = interface_ior(param(c, REFRACTION_IOR), backfacing);
   real alpha = ggx_alpha(param(c, REFRACTION_ROUGHNESS));
@@ -32,7 +32,7 @@ FN BsdfSample sample_refraction(Instruction c, int backfacing, GLOBAL const floa
   return make_sample(wi, splat3(f), delta, LABEL_TRANSMIT | (delta ? LABEL_SINGULAR : LABEL_GLOSSY), valid);
 }
 
-FN real3 albedo_refraction(Instruction c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 albedo_refraction(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
   real ior = interface_ior(param(c, REFRACTION_IOR), backfacing);
   return splat3(fresnel_dielectric(min_real(wo.z, REAL(1.0)), ior).f < REAL(1.0) ? REAL(1.0) : REAL(0.0));
 }

@@ -5,7 +5,7 @@ __kernel void probe_eval(__global const Instruction *instruction, int backfacing
                          __global const float *tables, __global const float *wo,
                          __global const float *wi, __global float *f, __global float *pdf) {
   int i = get_global_id(0);
-  Instruction c = *instruction;
+  Closure c = make_closure(*instruction);
   PROBE_EVAL(closure)
 }
 
@@ -14,7 +14,7 @@ __kernel void probe_sample(__global const Instruction *instruction, int backfaci
                            __global const float *u, __global float *wi, __global float *f,
                            __global int *flags) {
   int i = get_global_id(0);
-  Instruction c = *instruction;
+  Closure c = make_closure(*instruction);
   PROBE_SAMPLE(closure)
 }
 
@@ -22,7 +22,7 @@ __kernel void probe_albedo(__global const Instruction *instruction, int backfaci
                            __global const float *tables, __global const float *wo,
                            __global float *albedo) {
   int i = get_global_id(0);
-  Instruction c = *instruction;
+  Closure c = make_closure(*instruction);
   real3 v = get3(wo, i);
   put3(albedo, i, c.op == OP_LAYER_SPECULAR ? layer_closure(c, backfacing, tables, v)
                                             : albedo_closure(c, backfacing, tables, v));

@@ -9,7 +9,7 @@ int probe_real_size() { return sizeof(real); }
 void probe_eval(const Instruction *instruction, int backfacing, const float *__restrict tables, int n,
                 const real *__restrict wo, const real *__restrict wi, real *__restrict f,
                 real *__restrict pdf) {
-  const Instruction c = *instruction;
+  const Closure c = make_closure(*instruction);
   switch (c.op) {
 #define X(number, name, labels)                             \
   case number:                                              \
@@ -23,7 +23,7 @@ void probe_eval(const Instruction *instruction, int backfacing, const float *__r
 void probe_sample(const Instruction *instruction, int backfacing, const float *__restrict tables, int n,
                   const real *__restrict wo, const real *__restrict u, real *__restrict wi,
                   real *__restrict f, int *__restrict flags) {
-  const Instruction c = *instruction;
+  const Closure c = make_closure(*instruction);
   switch (c.op) {
 #define X(number, name, labels)                             \
   case number:                                              \
@@ -37,7 +37,7 @@ void probe_sample(const Instruction *instruction, int backfacing, const float *_
 // Albedo of a closure, or what a layer lets pass.
 void probe_albedo(const Instruction *instruction, int backfacing, const float *__restrict tables, int n,
                   const real *__restrict wo, real *__restrict albedo) {
-  const Instruction c = *instruction;
+  const Closure c = make_closure(*instruction);
   switch (c.op) {
 #define X(number, name, labels)                                                            \
   case number:                                                                             \
