@@ -9,7 +9,8 @@ import numpy as np
 from bench.parity import expose, full_frame
 from isophote.device import open_device
 from isophote.film import Film
-from isophote.materials import PARAMS, make_instruction
+from isophote.material_program import join_materials, make_material
+from isophote.materials import make_instruction
 from isophote.passes import PASSES, film_planes
 from isophote.prepare import Prepared, prepare
 from isophote.scene import Scene, make_scene
@@ -91,7 +92,7 @@ def ball(center=(0, 0, 0), radius=1.0, rings=8) -> tuple[np.ndarray, np.ndarray]
 
 
 def program(*steps) -> list:
-    """A material's instructions, of (operation, weight, {constants}); weights may be one number."""
+    """A material's instructions, of (operation, weight, {parameters}); weights may be one number, all may be Values."""
     return [make_instruction(name, np.broadcast_to(weight, 3), **(constants[0] if constants else {}))
             for name, weight, *constants in steps]
 
@@ -153,11 +154,7 @@ class Builder:
 
     def make(self) -> Scene:
         arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3))
-        arrays["material_first"] = np.cumsum([0, *map(len, self.materials)])
-        steps = [step for instructions in self.materials for step in instructions]
-        if steps:
-            arrays |= dict(instruction_op=[s[0] for s in steps], instruction_weight=[s[1] for s in steps],
-                           instruction_params=[s[2] + [0.0] * (PARAMS - len(s[2])) for s in steps])
+        arrays |= join_materials([make_material(instructions) for instructions in self.materials])
         if self.meshes:
             starts = np.cumsum([0, *(len(vertices) for vertices, *_ in self.meshes)])
             arrays["vertices"] = np.concatenate([vertices for vertices, *_ in self.meshes])

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from isophote.materials import make_instruction
+from isophote.materials import Instruction, make_instruction
+from isophote.values import clamp, maximum, varies
 
-from .nodes import Values, find_input, source_of
+from .nodes import find_input, source_of
+from .values import Values, not_negative
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
 
@@ -24,14 +26,14 @@ class Closure:
     coat: dict | None = None
 
 
-def arrange(closures: list[Closure], values: Values | None) -> list[tuple]:
+def arrange(closures: list[Closure], values: Values | None) -> list[Instruction]:
     """Instructions in order: closures under no coat first, then those under one, after it.
 
     A program has one layer weight, so one coat: where several coats are mixed, the closures under
     the lighter ones are weakened by their coat's normal reflectance instead, which is noted.
     """
-    kept = [replace(c, weight=np.maximum(c.weight, 0.0)) for c in closures]
-    kept = [c for c in kept if c.weight.mean() >= CUTOFF]
+    kept = [replace(c, weight=not_negative(c.weight)) for c in closures]
+    kept = [c for c in kept if varies(c.weight) or c.weight.mean() >= CUTOFF]
     coats = []
     for closure in kept:
         if closure.coat is not None and closure.coat not in coats:
@@ -48,18 +50,18 @@ def arrange(closures: list[Closure], values: Values | None) -> list[tuple]:
 
 
 def uncoat(closure: Closure) -> Closure:
-    reflectance = ((closure.coat["ior"] - 1.0) / (closure.coat["ior"] + 1.0)) ** 2
-    return replace(closure, weight=closure.weight * (1.0 - reflectance), coat=None)
+    root = (closure.coat["ior"] - 1.0) / (closure.coat["ior"] + 1.0)
+    return replace(closure, weight=closure.weight * (1.0 - root * root), coat=None)
 
 
 MULTISCATTER = {"GGX": 0.0, "SHARP": 0.0, "MULTI_GGX": 1.0}
 
 
-def roughness(values, node, stack) -> float:
+def roughness(values, node, stack):
     """Blender's roughness (its square is GGX' alpha), 0 for the distribution SHARP of versions before 4.0."""
     if getattr(node, "distribution", "") == "SHARP":
         return 0.0
-    return min(max(values.number(node, stack, "Roughness"), 0.0), 1.0)
+    return clamp(values.number(node, stack, "Roughness"))
 
 
 def multiscatter(values, node) -> float:
@@ -69,12 +71,12 @@ def multiscatter(values, node) -> float:
     return MULTISCATTER.get(kind, 0.0)
 
 
-def ior(values, node, stack) -> float:
-    return max(values.number(node, stack, "IOR"), 1e-5)
+def ior(values, node, stack):
+    return maximum(values.number(node, stack, "IOR"), 1e-5)
 
 
-def rgb(name: str, color) -> dict[str, float]:
-    return {f"{name}_{c}": float(v) for c, v in zip("rgb", color, strict=False)}
+def rgb(name: str, color) -> dict:
+    return {f"{name}_{c}": v for c, v in zip("rgb", color, strict=False)}
 
 
 def note_normal(values, node) -> None:
@@ -87,5 +89,8 @@ def note_normal(values, node) -> None:
 
 def note_unless(values, node, stack, name, neutral, what) -> None:
     """Note `what` where an optional input exists and is not at the value at which it does nothing."""
-    if find_input(node, name) is not None and abs(values.number(node, stack, name) - neutral) > 1e-6:
+    if find_input(node, name) is None:
+        return
+    given = values.number(node, stack, name)
+    if varies(given) or abs(given - neutral) > 1e-6:
         values.note(f"{node.name}, {name}: {what}")

@@ -10,8 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from isophote.values import call1, clamp, is_number, maximum, minimum, mix, square_root, varies
+
 from .closures import CUTOFF, Closure, multiscatter, note_normal, note_unless, rgb, roughness
 from .nodes import find_input
+from .values import as_triple, each, not_negative
 
 # Inputs that are not supported, by their names in both versions, and the value at which they do nothing.
 LEFT_OUT = {
@@ -35,51 +38,61 @@ def principled(values, node, stack, weight) -> list[Closure]:
         note_unless(values, node, stack, name, 0.0, what)
 
     def unit(*names):
-        return min(max(values.number(node, stack, *names), 0.0), 1.0)
+        return clamp(values.number(node, stack, *names))
 
-    base = np.maximum(values.color(node, stack, "Base Color"), 0.0)
+    base = not_negative(values.color(node, stack, "Base Color"))
     tint = specular_tint(values, node, stack, base)
-    ior = max(values.number(node, stack, "IOR"), 1e-5)
-    level = max(values.number(node, stack, "Specular IOR Level", "Specular"), 0.0)
+    ior = maximum(values.number(node, stack, "IOR"), 1e-5)
+    level = maximum(values.number(node, stack, "Specular IOR Level", "Specular"), 0.0)
     alpha, metallic = unit("Alpha"), unit("Metallic")
     transmission = unit("Transmission Weight", "Transmission")
     rough = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
 
-    closures = [Closure("transparent", np.full(3, weight * (1.0 - alpha)))]
-    weight *= alpha
+    closures = [Closure("transparent", as_triple(weight * (1.0 - alpha)))]
+    weight = weight * alpha
     emitted = values.color(node, stack, "Emission Color", "Emission")
     closures.append(Closure("emission", weight * emitted * values.number(node, stack, "Emission Strength")))
-    if metallic > CUTOFF:
-        params = rough | rgb("f0", np.minimum(base, 1.0)) | rgb("f82", np.minimum(tint, 1.0))
-        closures.append(Closure("metal", np.full(3, weight * metallic), params))
-        weight *= 1.0 - metallic
-    if transmission > CUTOFF:
+    if matters(metallic):
+        params = rough | rgb("f0", at_most_1(base)) | rgb("f82", at_most_1(tint))
+        closures.append(Closure("metal", as_triple(weight * metallic), params))
+        weight = weight * (1.0 - metallic)
+    if matters(transmission):
         # Light passes the surface twice, going in and coming out: each time the colour's square root.
-        params = rough | {"ior": ior} | rgb("tint", tint) | rgb("transmission", np.sqrt(np.minimum(base, 1.0)))
-        closures.append(Closure("principled_glass", np.full(3, weight * transmission), params))
-        weight *= 1.0 - transmission
+        params = rough | {"ior": ior} | rgb("tint", tint) | rgb("transmission", each(square_root, at_most_1(base)))
+        closures.append(Closure("principled_glass", as_triple(weight * transmission), params))
+        weight = weight * (1.0 - transmission)
     coat = None
     eta = adjusted_ior(ior, level)
-    if eta != 1.0 and weight >= CUTOFF:
+    if not is_number(eta, 1.0) and matters(weight):
         coat = rough | {"ior": eta} | rgb("tint", tint)
-        closures.append(Closure("specular", np.full(3, weight), coat))
+        closures.append(Closure("specular", as_triple(weight), coat))
     closures.append(Closure("diffuse", weight * base, coat=coat))
     return closures
+
+
+def matters(share) -> bool:
+    return varies(share) or share > CUTOFF
+
+
+def at_most_1(color) -> np.ndarray:
+    return each(lambda x: minimum(x, 1.0), color)
 
 
 def specular_tint(values, node, stack, base) -> np.ndarray:
     """RGB; a number in files of 3.x, from white (0) to the base colour (1)."""
     if find_input(node, "Specular IOR Level") is not None:
-        return np.maximum(values.color(node, stack, "Specular Tint"), 0.0)
-    amount = min(max(values.number(node, stack, "Specular Tint"), 0.0), 1.0)
-    return 1.0 - amount + amount * base
+        return not_negative(values.color(node, stack, "Specular Tint"))
+    amount = clamp(values.number(node, stack, "Specular Tint"))
+    return each(lambda x: mix(1.0, x, amount), base)
 
 
-def adjusted_ior(ior: float, level: float) -> float:
+def adjusted_ior(ior, level):
     """IOR of the specular layer: its reflectance at normal incidence is 2 x level that of `ior`."""
-    if level == 0.5:
+    if is_number(level, 0.5):
         return ior
-    f0 = 2.0 * level * ((ior - 1.0) / (ior + 1.0)) ** 2
-    root = min(max(f0, 0.0), 0.99) ** 0.5
+    root = (ior - 1.0) / (ior + 1.0)
+    root = square_root(clamp(2.0 * level * root * root, 0.0, 0.99))
     eta = (1.0 + root) / (1.0 - root)
+    if varies(ior):
+        return call1("select", call1("less_than", ior, 1.0), 1.0 / eta, eta)
     return 1.0 / eta if ior < 1.0 else eta
