@@ -182,7 +182,7 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
         "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
         "instance_infos": make_records("InstanceInfo", len(info), color=info[:, :3], alpha=info[:, 3],
                                        index=info[:, 4], random=info[:, 5]),
-        "images": make_records("Image", len(i), first=i[:, 0] // 4, width=i[:, 1], height=i[:, 2], channels=i[:, 3],
+        "images": make_records("Image", len(i), first=i[:, 0], width=i[:, 1], height=i[:, 2], channels=i[:, 3],
                                texel=i[:, 4], flags=i[:, 5]),
         "texels": texels.view(np.uint32),
     }

@@ -163,22 +163,29 @@ typedef struct {
   float alpha, index, random;
 } InstanceInfo;
 
-/* A picture; rows from the bottom up. */
-#define TEXEL_BYTE 0u  /* of so many channels each */
+/* A picture; rows from the bottom up. Those that share their texels differ in their flags. */
+#define TEXEL_FOLD(texel) ((texel) & 3u) /* a word holds 1 << this channels */
+#define TEXEL_NUMBER 4u /* a floating-point number, else a fraction */
+#define TEXEL_BYTE 2u
 #define TEXEL_SHORT 1u
-#define TEXEL_HALF 2u
-#define TEXEL_FLOAT 3u
-#define IMAGE_SRGB 1u  /* flags: stored by sRGB's curve */
-#define IMAGE_LINEAR 0u /* interpolation */
-#define IMAGE_CLOSEST 1u
+#define TEXEL_HALF 5u
+#define TEXEL_FLOAT 4u
+#define IMAGE_SRGB 1u /* flags: stored by sRGB's curve */
+#define IMAGE_DIVIDE_ALPHA 2u /* stored times alpha, wanted without */
+#define IMAGE_INTERPOLATION(flags) (((flags) >> 2) & 3u) /* 1 << this texels count in each direction */
+#define IMAGE_CLOSEST 0u
+#define IMAGE_LINEAR 1u
 #define IMAGE_CUBIC 2u
-#define IMAGE_REPEAT 0u /* extension */
+#define IMAGE_EXTENSION(flags) (((flags) >> 4) & 3u)
+#define IMAGE_ENDS 1u    /* bits of it: once, and not over and over */
+#define IMAGE_SPECIAL 2u /* every second one mirrored; nothing beyond the end */
+#define IMAGE_REPEAT 0u
 #define IMAGE_EXTEND 1u
-#define IMAGE_CLIP 2u
-#define IMAGE_MIRROR 3u
+#define IMAGE_MIRROR 2u
+#define IMAGE_CLIP 3u
 typedef struct {
   uint first; /* word of texels */
-  int width, height, channels;
+  int width, height, channels; /* 1, 3 or 4 channels */
   uint texel, flags;
 } Image;
 

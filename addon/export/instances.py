@@ -38,7 +38,7 @@ class Gatherer:
         self.depsgraph, self.origin, self.notes, self.meshes = depsgraph, origin, notes, meshes
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
-        self.lookups = Lookups()
+        self.lookups = Lookups(depsgraph.scene_eval.frame_current)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []

@@ -28,11 +28,17 @@
 #else
 #define VALUES_MATH(X)
 #endif
+#if VALUES_USED_6
+#include "image.h"
+#else
+#define VALUES_IMAGE(X)
+#endif
 
 /* X(number, name, inputs, outputs): value_NAME exists. */
 #define VALUES(X) \
   VALUES_SOURCE(X) \
-  VALUES_MATH(X)
+  VALUES_MATH(X) \
+  VALUES_IMAGE(X)
 
 #define VALUES_USED(family) \
   ((family) == 0 ? VALUES_USED_0 : (family) == 1 ? VALUES_USED_1 : (family) == 2 ? VALUES_USED_2 : \

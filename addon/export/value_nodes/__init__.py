@@ -7,6 +7,6 @@ cannot express in part it says by values.note.
 
 from __future__ import annotations
 
-from . import converters, inputs
+from . import converters, images, inputs
 
-NODES = {**inputs.NODES, **converters.NODES}
+NODES = {**inputs.NODES, **converters.NODES, **images.NODES}
