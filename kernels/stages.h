@@ -260,7 +260,7 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
   for (uint k = 0u; k < m.count; k++) {
     Closure c = make_closure(s.instructions[m.first + k]);
     a.albedo = a.albedo + albedo_closure(c, at.backfacing, s.albedo_tables, wo) * closure_weight(c, choice);
-    choice.layer = choice.layer * layer_closure(c, at.backfacing, s.albedo_tables, wo);
+    choice.layer = layer_closure(c, at.backfacing, s.albedo_tables, wo, choice.layer);
   }
   a.depth = camera_depth(s.camera[0], at.p);
   a.normal = at.ns;

@@ -178,7 +178,7 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
       if (m.count > 1u) share = closure_share(weight, albedo_closure(i, at.backfacing, s.albedo_tables, wo));
       sum = add_closure(sum, eval_closure(i, at.backfacing, s.albedo_tables, wo, wi), weight, share, all.total);
     } else {
-      c.layer = c.layer * layer_closure(i, at.backfacing, s.albedo_tables, wo);
+      c.layer = layer_closure(i, at.backfacing, s.albedo_tables, wo, c.layer);
     }
   }
   return one_sided(at, wi_world, sum);
@@ -236,7 +236,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
       choice = consider(choice, int_of(k), closure_share(w, albedo_closure(i, at.backfacing, s.albedo_tables, wo)));
       weight = select3(choice.chosen == int_of(k), w, weight);
     } else {
-      choice.layer = choice.layer * layer_closure(i, at.backfacing, s.albedo_tables, wo);
+      choice.layer = layer_closure(i, at.backfacing, s.albedo_tables, wo, choice.layer);
     }
   }
 

@@ -1,28 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Principled BSDF: one node, up to seven closures, in the order of Cycles 4.5 (svm/closure.h).
+"""The Principled BSDF: one node, up to eight closures, in the order of Cycles 4.5 (svm/closure.h).
 
-Files of Blender 3.x hold the first version of the node. It is read as Blender 4 reads such a file, so
-that one file is one picture in every version: Specular is the Specular IOR Level, Specular Tint mixes
-from white to the base colour, IOR stays.
+Files of Blender 3.x hold the first version of the node. It is read as Blender 4 reads such a file
+(versioning_400.cc), so that one file is one picture in every version: Specular is the Specular IOR Level,
+Specular Tint mixes from white to the base colour, IOR stays, Clearcoat and Sheen are weaker and of one kind.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from .closures import CUTOFF, Closure, multiscatter, note_normal, note_unless, rgb, roughness
-from .nodes import find_input
+from .closures import CUTOFF, Closure, Layer, diffuse_closure, multiscatter, note_normal, note_unless, rgb, roughness
+from .nodes import find_input, live_link
 
 # Inputs that are not supported, by their names in both versions, and the value at which they do nothing.
 LEFT_OUT = {
     "Subsurface Weight": "subsurface scattering is not supported: rendered diffuse",
     "Subsurface": "subsurface scattering is not supported: rendered diffuse",
-    "Sheen Weight": "sheen is not supported: left out",
-    "Sheen": "sheen is not supported: left out",
-    "Coat Weight": "coat is not supported: left out",
-    "Clearcoat": "coat is not supported: left out",
     "Anisotropic": "anisotropy is not supported: rendered isotropic",
-    "Diffuse Roughness": "Oren-Nayar roughness is not supported: rendered Lambertian",
     "Thin Film Thickness": "thin film is not supported: left out",
     "Transmission Roughness": "not supported (gone since Blender 4): Roughness is used",
 }
@@ -47,24 +44,70 @@ def principled(values, node, stack, weight) -> list[Closure]:
 
     closures = [Closure("transparent", np.full(3, weight * (1.0 - alpha)))]
     weight *= alpha
-    emitted = values.color(node, stack, "Emission Color", "Emission")
-    closures.append(Closure("emission", weight * emitted * values.number(node, stack, "Emission Strength")))
+    above = ()
+    for closure, layers in (sheen(values, node, stack), coat(values, node, stack)):
+        if closure is not None:
+            closures.append(replace(closure, weight=weight * closure.weight, layers=above))
+            above += layers
+    emitted = values.color(node, stack, "Emission Color", "Emission") * values.number(node, stack, "Emission Strength")
+    if above and emitted.any():
+        values.note(f"{node.name}: sheen and coat do not weaken its emission")
+    closures.append(Closure("emission", weight * emitted))
     if metallic > CUTOFF:
         params = rough | rgb("f0", np.minimum(base, 1.0)) | rgb("f82", np.minimum(tint, 1.0))
-        closures.append(Closure("metal", np.full(3, weight * metallic), params))
+        closures.append(Closure("metal", np.full(3, weight * metallic), params, above))
         weight *= 1.0 - metallic
     if transmission > CUTOFF:
         # Light passes the surface twice, going in and coming out: each time the colour's square root.
         params = rough | {"ior": ior} | rgb("tint", tint) | rgb("transmission", np.sqrt(np.minimum(base, 1.0)))
-        closures.append(Closure("principled_glass", np.full(3, weight * transmission), params))
+        closures.append(Closure("principled_glass", np.full(3, weight * transmission), params, above))
         weight *= 1.0 - transmission
-    coat = None
     eta = adjusted_ior(ior, level)
     if eta != 1.0 and weight >= CUTOFF:
-        coat = rough | {"ior": eta} | rgb("tint", tint)
-        closures.append(Closure("specular", np.full(3, weight), coat))
-    closures.append(Closure("diffuse", weight * base, coat=coat))
+        params = rough | {"ior": eta} | rgb("tint", tint)
+        closures.append(Closure("specular", np.full(3, weight), params, above))
+        above += (Layer("layer_specular", np.ones(3), params),)
+    closures.append(diffuse_closure(weight, base, optional(values, node, stack, "Diffuse Roughness", 0.0), above))
     return closures
+
+
+def optional(values, node, stack, name: str, default: float) -> float:
+    """A number that only newer versions of the node have."""
+    return values.number(node, stack, name) if find_input(node, name) is not None else default
+
+
+def sheen(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
+    """The sheen, of weight 1 for the whole node, and what it leaves for the rest; (None, ()) where there is none."""
+    weight = max(values.number(node, stack, "Sheen Weight", "Sheen"), 0.0)
+    if find_input(node, "Sheen Weight") is not None:
+        color = weight * np.maximum(values.color(node, stack, "Sheen Tint"), 0.0)
+    else:  # of 3.x: a fifth, white
+        color = np.full(3, 0.2 * weight)
+    if not color.any():
+        return None, ()
+    params = {"roughness": optional(values, node, stack, "Sheen Roughness", 0.5)}
+    return Closure("sheen", color, params), (Layer("layer_sheen", color, params),)
+
+
+def coat(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
+    """The coat, likewise. Its reflection is white and keeps its energy; what lies below is seen through its tint."""
+    weight = max(values.number(node, stack, "Coat Weight", "Clearcoat"), 0.0)
+    rough = min(max(values.number(node, stack, "Coat Roughness", "Clearcoat Roughness"), 0.0), 1.0)
+    if find_input(node, "Coat Weight") is not None:
+        ior = max(values.number(node, stack, "Coat IOR"), 1.0)
+        tint = np.maximum(values.color(node, stack, "Coat Tint"), 0.0)
+    else:  # of 3.x: a quarter, or where it is no constant of an index that reflects about a quarter
+        linked = live_link(find_input(node, "Clearcoat")) is not None
+        weight, ior, tint = weight if linked else 0.25 * weight, 1.2 if linked else 1.5, np.ones(3)
+    if weight <= CUTOFF:
+        return None, ()
+    note_normal(values, node, "Coat Normal", "Clearcoat Normal")
+    params = {"roughness": rough, "multiscatter": 1.0, "ior": ior}
+    amount = np.full(3, weight)
+    layers = (Layer("layer_specular", amount, params),)
+    if (tint != 1.0).any():
+        layers += (Layer("layer_absorption", amount, {"ior": ior} | rgb("tint", tint)),)
+    return Closure("specular", amount, params), layers
 
 
 def specular_tint(values, node, stack, base) -> np.ndarray:

@@ -11,8 +11,12 @@ from hypothesis import strategies as st
 
 from isophote import materials
 from tests.bsdf_cases import (
+    TOONS,
     Case,
+    anisotropic,
+    diffuses,
     direction,
+    fabrics,
     integrated_albedo,
     random_directions,
     reflections,
@@ -72,12 +76,21 @@ def test_is_delta_agrees_with_sampling(kernels):
             assert materials.is_delta(int(c["op"][0]), c["params"][0]) == all(f[0, 0] for f in flags), str(front)
 
 
+def test_is_delta_agrees_with_sampling_of_two_roughnesses(kernels):
+    for rough_x, rough_y in ((0.0, 0.0), (0.003, 0.004), (0.0099, 0.0099), (0.0101, 0.002), (0.0, 1.0), (0.5, 0.5)):
+        for case in anisotropic(rough_x, rough_y):
+            delta = kernels.sample(case.instruction, direction(0.95)[None], np.array([[0, 0.5, 0.5]]))[2][0, 0]
+            c = case.instruction
+            assert materials.is_delta(int(c["op"][0]), c["params"][0]) == delta, str(case)
+
+
 # ----------------------------------------------------------------- energy
 
 
 @pytest.mark.parametrize("roughness", ROUGHNESSES)
 def test_white_furnace_of_single_scattering(kernels, roughness):
-    cases = [*reflections(roughness, 0), *refractions(roughness, 0, iors=(1.0001, 1.45, 10.0)), Case("diffuse")]
+    cases = [*reflections(roughness, 0), *refractions(roughness, 0, iors=(1.0001, 1.45, 10.0)), *diffuses(), *TOONS,
+             Case("sheen", dict(roughness=roughness)), *anisotropic(roughness, min(2 * roughness + 0.1, 1), 0)]
     for case in cases:
         for mu in (0.005, 0.05, 0.3, 0.7, 1.0):
             assert sampled_albedo(kernels, case, mu).max() <= 1 + 1e-4, (str(case), mu)
@@ -95,6 +108,50 @@ def test_white_furnace_with_multiscatter(kernels, roughness):
         for mu in (0.05, 0.1, 0.3, 0.7, 1.0):
             assert sampled_albedo(kernels, front, mu) == pytest.approx(1, abs=0.01), (ior, mu)
             assert sampled_albedo(kernels, back, mu).max() <= 1.01, (ior, mu)
+
+
+def test_white_diffuse_keeps_all_light(reference):
+    """Rough ones too: what further bounces between facets return is in closed form."""
+    for case in diffuses():
+        for mu in (0.001, 0.02, 0.3, 0.7, 1.0):
+            assert integrated_albedo(reference, case, mu) == pytest.approx(1, abs=3e-4), (str(case), mu)
+
+
+def test_albedo_of_colours_is_that_of_sampling(reference):
+    cases = [Case("rough_diffuse", dict(roughness=0.7, albedo_r=0.9, albedo_g=0.5, albedo_b=0.1)),
+             Case("sheen", dict(roughness=0.4))]
+    for case in cases:
+        for mu in (0.05, 0.5, 1.0):
+            np.testing.assert_allclose(reference.albedo(case.instruction, direction(mu)[None])[0],
+                                       sampled_albedo(reference, case, mu, 400), rtol=5e-3)
+
+
+def test_equal_roughnesses_are_isotropic(reference):
+    """aniso_NAME with alpha along y as along x is NAME, in value, density and direction."""
+    rng = np.random.default_rng(9)
+    wo, u = random_directions(rng, 5000), rng.random((5000, 3))
+    for roughness in (0.0, 0.2, 1.0):
+        plain = {case.closure: case for case in reflections(roughness)}
+        for case in anisotropic(roughness, roughness)[:4]:
+            same = plain[case.closure.removeprefix("aniso_")].instruction
+            sampled, wanted = reference.sample(case.instruction, wo, u), reference.sample(same, wo, u)
+            for mine, other in zip(sampled, wanted, strict=True):
+                np.testing.assert_allclose(mine, other, rtol=1e-9, atol=1e-12)
+            wi = wanted[0][wanted[2][:, 2] == 1]
+            for mine, other in zip(reference.eval(case.instruction, wo[wanted[2][:, 2] == 1], wi),
+                                   reference.eval(same, wo[wanted[2][:, 2] == 1], wi), strict=True):
+                np.testing.assert_allclose(mine, other, rtol=1e-6)
+
+
+def test_anisotropy_turns_with_the_frame(reference):
+    """A quarter turn of both directions is the same as swapped roughnesses."""
+    rng = np.random.default_rng(10)
+    wo, wi = random_directions(rng, 5000), random_directions(rng, 5000)
+    turned = [v[:, [1, 0, 2]] * (1, -1, 1) for v in (wo, wi)]
+    for one, other in zip(anisotropic(0.5, 0.2), anisotropic(0.2, 0.5), strict=True):
+        for mine, theirs in zip(reference.eval(one.instruction, wo, wi), reference.eval(other.instruction, *turned),
+                                strict=True):
+            np.testing.assert_allclose(mine, theirs, rtol=1e-9)
 
 
 def test_ior_one_is_invisible(kernels):
@@ -119,7 +176,9 @@ def test_reflection_is_reciprocal(reference, roughness):
     """Of single scattering; compensation depends on wo only, and is not."""
     rng = np.random.default_rng(11)
     a, b = random_directions(rng, 20_000), random_directions(rng, 20_000)
-    for case in [*reflections(roughness, 0), Case("diffuse"), *refractions(roughness, 0)]:
+    for case in [*reflections(roughness, 0), *refractions(roughness, 0), Case("rough_diffuse", dict(
+            roughness=roughness, albedo_r=0.9, albedo_g=0.5, albedo_b=0.2)), Case("velvet", dict(sigma=roughness)),
+            *anisotropic(roughness, 0.5 * roughness, 0)]:
         forth, _ = reference.eval(case.instruction, a, b, case.backfacing)
         back, _ = reference.eval(case.instruction, b, a, case.backfacing)
         np.testing.assert_allclose(forth * a[:, 2:], back * b[:, 2:], rtol=1e-8, atol=1e-300)
@@ -175,6 +234,23 @@ def test_layer_leaves_what_the_coat_does_not_reflect(reference):
     np.testing.assert_allclose(kept, 1 - sampled_albedo(reference, case, 0.6), atol=2e-3)
 
 
+def test_layers_weigh_and_begin_anew(reference):
+    """Half a layer takes half; a tint is that of the way along the normal, longer by the refracted cosine."""
+    wo = direction(0.5)[None]
+    sheen = instruction("layer_sheen", roughness=0.5)
+    taken = reference.albedo(instruction("sheen", roughness=0.5), wo)[0, 0]
+    for weight in (0.5, 1.0):
+        sheen["weight"] = weight, 0.1, 0
+        np.testing.assert_allclose(reference.albedo(sheen, wo)[0], 1 - weight * taken, rtol=1e-6)
+    tint = np.array([0.5, 0.9, 0.0])
+    coat = instruction("layer_absorption", ior=1.5, **{f"tint_{c}": t for c, t in zip("rgb", tint, strict=True)})
+    np.testing.assert_allclose(reference.albedo(coat, direction(1.0)[None])[0], tint, atol=1e-6)
+    length = 1 / np.sqrt(1 - 0.75 / 1.5**2)
+    coat["weight"] = 0.25
+    np.testing.assert_allclose(reference.albedo(coat, wo)[0], 0.75 + 0.25 * tint ** length, atol=1e-6)
+    np.testing.assert_array_equal(reference.albedo(instruction("layer_reset"), wo), 1)
+
+
 def test_multiscatter_saturates_colours(reference):
     """A tint t < 1 is applied again at every further bounce: the albedo's ratio to white falls below t."""
     wo = direction(0.5)[None]
@@ -223,7 +299,10 @@ def test_extremes_stay_finite(roughness, ior, mu, mu_i, azimuth, u, back, multis
     kernels = extreme_kernels()
     cases = [*reflections(roughness, multiscatter), *refractions(roughness, multiscatter, iors=(ior,)),
              Case("specular", dict(roughness=roughness, multiscatter=multiscatter, ior=ior)),
-             Case("diffuse"), Case("transparent")]
+             Case("rough_diffuse", dict(roughness=roughness, albedo_r=1, albedo_g=0.5, albedo_b=0)),
+             Case("transparent"), *diffuses(), *fabrics(roughness),
+             *anisotropic(roughness, mu), *anisotropic(mu_i, roughness),
+             *(Case(name, dict(size=roughness, smooth=mu)) for name in ("diffuse_toon", "glossy_toon"))]
     wo = direction(mu, azimuth)[None]
     for case in cases:
         c = case.instruction
@@ -256,7 +335,8 @@ def test_float_agrees_with_double(kernels, reference, roughness, tolerance):
     wo = random_directions(rng, 20_000).astype(np.float32)
     wo = unit(wo.astype(np.float64)).astype(np.float32)
     u = rng.random((20_000, 3), np.float32)
-    for case in [*reflections(roughness), *refractions(roughness), Case("diffuse")]:
+    for case in [*reflections(roughness), *refractions(roughness), *diffuses(), *fabrics(max(roughness, 0.1)),
+                 *anisotropic(roughness, min(2 * roughness, 1))]:
         wi, _, flags = kernels.sample(case.instruction, wo, u, case.backfacing)
         valid = flags[:, 2] == 1
         (f32, p32), (f64, p64) = (k.eval(case.instruction, wo[valid], wi[valid], case.backfacing)
