@@ -15,6 +15,9 @@ from __future__ import annotations
 
 PARAMS = 11
 
+FILM_SPECULAR = ("roughness_x", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "thickness", "film_ior",
+                 "roughness_y")
+
 # name -> (number, names of the parameters). Roughness is Blender's socket, 0 to 1: alpha = roughness^2.
 # multiscatter: 1 for Multiscatter GGX, 0 for GGX. ior: of the medium behind the front side.
 OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
@@ -53,6 +56,11 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     "aniso_specular": (24, ("roughness_x", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "roughness_y")),
     "aniso_conductor": (25, ("roughness_x", "multiscatter", "n_r", "n_g", "n_b", "k_r", "k_g", "k_b",
                              "roughness_y")),
+    # under a film `thickness` nanometres thick
+    "film_specular": (26, FILM_SPECULAR),
+    "film_glass": (27, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "transmission_r",
+                        "transmission_g", "transmission_b", "thickness", "film_ior")),
+    "layer_film_specular": (28, FILM_SPECULAR),
 }
 
 # Tints may be left out.

@@ -16,7 +16,7 @@ from isophote.materials import OPERATIONS, is_delta
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 
-TRANSMITTING = ("refraction", "glass", "principled_glass", "translucent")
+TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
              "beckmann", "ashikhmin_shirley", "layer_absorption", "layer_reset")
 FILTER_STEPS = 1024

@@ -48,7 +48,9 @@ def refractions(roughness: float, multiscatter: float = 1, iors=(1.45,)) -> list
             cases += [Case("refraction", dict(roughness=roughness, ior=ior), back),
                       Case("glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter), back),
                       Case("principled_glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter) | LEAF,
-                       back)]
+                           back),
+                      Case("film_glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter, thickness=300,
+                                              film_ior=1.3) | LEAF, back)]
     return cases
 
 
@@ -74,6 +76,7 @@ def anisotropic(rough_x: float, rough_y: float, multiscatter: float = 1) -> list
     common = ends | dict(multiscatter=multiscatter)
     return [Case("aniso_glossy", common), Case("aniso_metal", common | METAL), Case("aniso_conductor", common | SILVER),
             Case("aniso_specular", common | dict(ior=1.5, tint_r=0.5)), Case("beckmann", ends),
+            Case("film_specular", common | dict(ior=1.5, tint_r=0.5, thickness=400, film_ior=1.8)),
             Case("ashikhmin_shirley", ends)]
 
 

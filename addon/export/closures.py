@@ -26,7 +26,7 @@ class Layer:
 
 @dataclass
 class Closure:
-    """One closure of a program, and the layers over it from the outermost on: the same objects for closures of a node."""
+    """One closure of a program, and the layers over it from the outermost on: closures of a node share these objects."""
 
     operation: str
     weight: np.ndarray

@@ -20,9 +20,11 @@ LEFT_OUT = {
     "Subsurface Weight": "subsurface scattering is not supported: rendered diffuse",
     "Subsurface": "subsurface scattering is not supported: rendered diffuse",
     "Anisotropic": "anisotropy is not supported: rendered isotropic",
-    "Thin Film Thickness": "thin film is not supported: left out",
     "Transmission Roughness": "not supported (gone since Blender 4): Roughness is used",
 }
+
+
+THINNEST_FILM = 0.1  # nm, Cycles' THINFILM_THICKNESS_CUTOFF
 
 
 def principled(values, node, stack, weight) -> list[Closure]:
@@ -57,16 +59,20 @@ def principled(values, node, stack, weight) -> list[Closure]:
         params = rough | rgb("f0", np.minimum(base, 1.0)) | rgb("f82", np.minimum(tint, 1.0))
         closures.append(Closure("metal", np.full(3, weight * metallic), params, above))
         weight *= 1.0 - metallic
+    film = thin_film(values, node, stack)
     if transmission > CUTOFF:
         # Light passes the surface twice, going in and coming out: each time the colour's square root.
         params = rough | {"ior": ior} | rgb("tint", tint) | rgb("transmission", np.sqrt(np.minimum(base, 1.0)))
-        closures.append(Closure("principled_glass", np.full(3, weight * transmission), params, above))
+        closures.append(Closure("film_glass" if film else "principled_glass", np.full(3, weight * transmission),
+                                params | film, above))
         weight *= 1.0 - transmission
     eta = adjusted_ior(ior, level)
-    if eta != 1.0 and weight >= CUTOFF:
-        params = rough | {"ior": eta} | rgb("tint", tint)
-        closures.append(Closure("specular", np.full(3, weight), params, above))
-        above += (Layer("layer_specular", np.ones(3), params),)
+    if (eta != 1.0 or film) and weight >= CUTOFF:
+        operation, params = "specular", rough | {"ior": eta} | rgb("tint", tint)
+        if film:
+            operation, params = "film_specular", two_roughnesses(params) | film
+        closures.append(Closure(operation, np.full(3, weight), params, above))
+        above += (Layer(f"layer_{operation}", np.ones(3), params),)
     closures.append(diffuse_closure(weight, base, optional(values, node, stack, "Diffuse Roughness", 0.0), above))
     return closures
 
@@ -74,6 +80,20 @@ def principled(values, node, stack, weight) -> list[Closure]:
 def optional(values, node, stack, name: str, default: float) -> float:
     """A number that only newer versions of the node have."""
     return values.number(node, stack, name) if find_input(node, name) is not None else default
+
+
+def thin_film(values, node, stack) -> dict:
+    """Parameters of the film; none where it is too thin to show."""
+    thickness = optional(values, node, stack, "Thin Film Thickness", 0.0)
+    if thickness <= THINNEST_FILM:
+        return {}
+    return {"thickness": thickness, "film_ior": max(values.number(node, stack, "Thin Film IOR"), 1e-5)}
+
+
+def two_roughnesses(params: dict) -> dict:
+    """A roughness as one along the tangent and one across it."""
+    others = {name: value for name, value in params.items() if name != "roughness"}
+    return others | {"roughness_x": params["roughness"], "roughness_y": params["roughness"]}
 
 
 def sheen(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:

@@ -6,6 +6,8 @@
 #include "beckmann.h"
 #include "conductor.h"
 #include "diffuse.h"
+#include "film_glass.h"
+#include "film_specular.h"
 #include "glass.h"
 #include "glossy.h"
 #include "layer.h"
@@ -46,6 +48,9 @@
 #define OP_ANISO_METAL 23
 #define OP_ANISO_SPECULAR 24
 #define OP_ANISO_CONDUCTOR 25
+#define OP_FILM_SPECULAR 26
+#define OP_FILM_GLASS 27
+#define OP_LAYER_FILM_SPECULAR 28
 
 /* X(number, name, class of its labels): eval_NAME, sample_NAME and albedo_NAME exist. */
 #define CLOSURES(X)                                                    \
@@ -69,14 +74,17 @@
   X(OP_ANISO_GLOSSY, aniso_glossy, LABEL_GLOSSY)                       \
   X(OP_ANISO_METAL, aniso_metal, LABEL_GLOSSY)                         \
   X(OP_ANISO_SPECULAR, aniso_specular, LABEL_GLOSSY)                   \
-  X(OP_ANISO_CONDUCTOR, aniso_conductor, LABEL_GLOSSY)
+  X(OP_ANISO_CONDUCTOR, aniso_conductor, LABEL_GLOSSY)                 \
+  X(OP_FILM_SPECULAR, film_specular, LABEL_GLOSSY)                     \
+  X(OP_FILM_GLASS, film_glass, LABEL_GLOSSY)
 
 /* X(number, name): layer_NAME exists; makes the layer weight of what follows in the program. */
 #define LAYERS(X)                          \
   X(OP_LAYER_SPECULAR, specular)           \
   X(OP_LAYER_SHEEN, sheen)                 \
   X(OP_LAYER_ABSORPTION, absorption)       \
-  X(OP_LAYER_RESET, reset)
+  X(OP_LAYER_RESET, reset)                 \
+  X(OP_LAYER_FILM_SPECULAR, film_specular)
 
 /* Operations that the scene's programs hold, as bits: what is not used is not compiled (OpenCL). */
 #ifndef CLOSURES_USED

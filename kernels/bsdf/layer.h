@@ -4,6 +4,7 @@
  * (Cycles' closure layering). */
 #ifndef ISOPHOTE_BSDF_LAYER_H
 #define ISOPHOTE_BSDF_LAYER_H
+#include "film_specular.h"
 #include "sheen.h"
 #include "specular.h"
 
@@ -21,6 +22,10 @@ FN real3 layer_reset(Closure c, int backfacing, GLOBAL const float *tables, real
 
 FN real3 layer_specular(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 layer) {
   return below_layer(c, albedo_specular(c, backfacing, tables, wo), layer);
+}
+
+FN real3 layer_film_specular(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 layer) {
+  return below_layer(c, albedo_film_specular(c, backfacing, tables, wo), layer);
 }
 
 FN real3 layer_sheen(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 layer) {

@@ -58,7 +58,8 @@ def test_translucent_and_toon():
     bpy.data.materials.remove(bpy.data.materials["tested"])
     for component, operation in (("DIFFUSE", "diffuse_toon"), ("GLOSSY", "glossy_toon")):
         def build(tree, output, component=component):
-            made = node(tree, "ShaderNodeBsdfToon", output.inputs["Surface"], Color=(0.1, 0.2, 0.3), Size=0.4, Smooth=0.1)
+            made = node(tree, "ShaderNodeBsdfToon", output.inputs["Surface"], Color=(0.1, 0.2, 0.3), Size=0.4,
+                        Smooth=0.1)
             made.component = component
         steps, notes, _ = exported(build)
         check(steps, (operation, (0.1, 0.2, 0.3), {"size": 0.4, "smooth": 0.1}))
@@ -189,6 +190,18 @@ def test_principled_rough_diffuse():
     if not V1:
         steps, _ = principled(**{"Base_Color": (0.2, 0.4, 0.6), PRINCIPLED["level"]: 0.0, "Diffuse_Roughness": 0.5})
         check(steps, ("rough_diffuse", (0.2, 0.4, 0.6), {"roughness": 0.5} | rgb("albedo", 0.2, 0.4, 0.6)))
+
+
+def test_principled_film():
+    if V1:
+        return
+    steps, notes = principled(**{"Base_Color": (0.25, 0.25, 0.25), "Roughness": 0.3, "Thin_Film_Thickness": 300.0,
+                                 "Thin_Film_IOR": 1.4, PRINCIPLED["transmission"]: 0.5})
+    film = {"thickness": 300.0, "film_ior": 1.4}
+    both = film | {"roughness_x": 0.3, "roughness_y": 0.3}
+    check(steps, ("film_glass", 0.5, film | {"roughness": 0.3}), ("film_specular", 0.5, both),
+          ("layer_film_specular", 1, both), ("diffuse", 0.125, {}))
+    assert not notes
 
 
 def test_principled_leaves_out_by_name():

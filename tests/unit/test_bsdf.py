@@ -68,8 +68,8 @@ def test_delta_threshold_is_that_of_the_kernels():
 def test_is_delta_agrees_with_sampling(kernels):
     """u_choice 0 reflects, where a closure can: glass's refraction is never wider than its reflection."""
     for roughness in (0.0, 1e-4, 0.0037, 0.0038, 0.0067, 0.0068, 0.1):
-        for front, back in zip(refractions(roughness)[:3] + reflections(roughness),
-                               refractions(roughness)[3:] + reflections(roughness), strict=True):
+        for front, back in zip(refractions(roughness)[:4] + reflections(roughness),
+                               refractions(roughness)[4:] + reflections(roughness), strict=True):
             flags = [kernels.sample(case.instruction, direction(0.95)[None], np.array([[0, 0.5, 0.5]]),
                                     case.backfacing)[2] for case in (front, back)]
             c = front.instruction
@@ -152,6 +152,51 @@ def test_anisotropy_turns_with_the_frame(reference):
         for mine, theirs in zip(reference.eval(one.instruction, wo, wi), reference.eval(other.instruction, *turned),
                                 strict=True):
             np.testing.assert_allclose(mine, theirs, rtol=1e-9)
+
+
+def film_sum(mu, ior, thickness, film_ior):
+    """Reflectance under a film by complex amplitudes, all orders, for each of many wavelengths between 360 and 830 nm:
+    (their wave numbers in 1/nm, the reflectances)."""
+    number = np.linspace(1 / 830, 1 / 360, 4000)
+    total = 0
+    for pol in (0, 1):
+        def amplitude(c, cos_t, eta, pol=pol):
+            return (c - eta * cos_t) / (c + eta * cos_t) if pol == 0 else (eta * c - cos_t) / (eta * c + cos_t)
+        inside = np.sqrt(1 - (1 - mu**2) / film_ior**2)
+        below = np.sqrt(1 - (1 - mu**2) / ior**2)
+        top, bottom = amplitude(mu, inside, film_ior), amplitude(inside, below, ior / film_ior)
+        turn = np.exp(4j * np.pi * number * film_ior * thickness * inside)
+        total = total + 0.5 * np.abs((top + bottom * turn) / (1 + top * bottom * turn)) ** 2
+    return number, total
+
+
+@pytest.mark.parametrize("ior, thickness, film_ior", [(1.5, 200, 1.33), (1.5, 500, 1.7), (2.5, 350, 1.4)])
+def test_film_is_the_sum_of_all_waves(reference, ior, thickness, film_ior):
+    """Against sums of complex amplitudes weighted with the fit's Gaussians: what truncating the sum costs."""
+    film = instruction("film_specular", roughness_x=0.0, roughness_y=0.0, multiscatter=0, ior=ior, thickness=thickness,
+                       film_ior=film_ior)
+    peaks = ((1.7953e-3, 9.3046e-9), (2.2084e-3, 6.6121e-9))  # of Y and Z: wave number in 1/nm, variance
+    to_yz = np.linalg.inv([[3.0799545, -1.5371385, -0.54281594], [-0.92125826, 1.8760108, 0.04524742],
+                           [0.05288738, -0.2040259, 1.15113851]])[1:]
+    for mu in (0.2, 0.6, 1.0):
+        rgb = reference.albedo(film, direction(mu)[None])[0]
+        number, waves = film_sum(mu, ior, thickness, film_ior)
+        for seen, (peak, variance) in zip(to_yz @ rgb, peaks, strict=True):
+            weight = np.exp(-(number - peak) ** 2 / (4 * variance))
+            assert seen == pytest.approx(np.average(waves, weights=weight), abs=5e-3)
+
+
+def test_film_without_an_interface_is_none(reference):
+    """A film of the index in front of it or behind it reflects as if it were not there, and a thin one is not."""
+    for thickness, film_ior in ((300, 1.0), (300, 1.5), (0.09, 1.8)):
+        params = dict(multiscatter=0, ior=1.5, tint_r=0.5)
+        film = instruction("film_specular", roughness_x=0.0, roughness_y=0.0, thickness=thickness, film_ior=film_ior,
+                           **params)
+        wo = np.array([direction(mu) for mu in (0.1, 0.5, 1.0)])
+        plain = [reference.sample(c, wo, np.full((3, 3), 0.5))[1] for c in (film, instruction("specular", roughness=0.0,
+                                                                                           **params))]
+        tinted = slice(0, 3) if thickness < 1 else slice(1, 3)  # films have their own way of tinting
+        np.testing.assert_allclose(plain[0][:, tinted], plain[1][:, tinted], rtol=2e-6)
 
 
 def test_ior_one_is_invisible(kernels):
