@@ -26,7 +26,7 @@ class Layer:
 
 @dataclass
 class Closure:
-    """One closure of a program, and the layers over it from the outermost on: closures of a node share these objects."""
+    """One closure of a program, and the layers over it from the outermost on: those of a node share these objects."""
 
     operation: str
     weight: np.ndarray
