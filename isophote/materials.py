@@ -56,7 +56,7 @@ class Instruction(NamedTuple):
 
 
 def make_instruction(operation: str, weight, normal=None, tangent=None, **params) -> Instruction:
-    """An Instruction with its parameters padded to PARAMS.
+    """An Instruction.
 
     Raises KeyError for an unknown operation, TypeError for an unknown or missing parameter.
     """
@@ -65,7 +65,6 @@ def make_instruction(operation: str, weight, normal=None, tangent=None, **params
     if set(given) != set(names):
         raise TypeError(f"{operation} takes {', '.join(names) or 'no parameters'}, got {', '.join(params)}")
     values = [as_number(given[name]) for name in names]
-    values += [0.0] * (PARAMS - len(values))
     return Instruction(number, tuple(as_number(w) for w in weight), values, normal, tangent)
 
 
