@@ -71,6 +71,13 @@ def corner_vertices(mesh) -> np.ndarray:
     return vertices.view(np.uint32)
 
 
+def uv_of(layer) -> np.ndarray:
+    """Coordinates of a UV map's corners, f4 [C, 2]."""
+    if hasattr(layer, "uv"):  # since 3.5
+        return read_all(layer.uv, "vector", 2, np.float32).reshape(-1, 2)
+    return read_all(layer.data, "uv", 2, np.float32).reshape(-1, 2)
+
+
 def triangle_corners(mesh, count: int) -> np.ndarray:
     """The three corners of each of the mesh's loop triangles, i4 [3 T]."""
     if count == len(mesh.polygons):  # nothing but triangles

@@ -72,7 +72,7 @@ class TimedDevice(OpenCLDevice):
 
 def white_room(triangles: int) -> Scene:
     """The room with a diffuse material of albedo 0.8."""
-    weight, constants = make_instruction("diffuse", (0.8, 0.8, 0.8))[1:]
+    weight, constants = make_instruction("diffuse", (0.8, 0.8, 0.8))[1:3]
     scene = room(triangles)
     return replace(scene, arrays=scene.arrays | {
         "material_first": np.array([0, 1], np.uint32), "instruction_op": np.array([1], np.int32),

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from isophote.records import numbers
 from isophote.scene import Scene
 
 
@@ -28,6 +29,7 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
     parts = {name: [a[name]] for name in ("vertices", "triangles", "triangle_slots", "mesh_vertices", "mesh_triangles",
                                               "mesh_normals")}
     a = a | {name: a[name].copy() for name in ("instance_mesh", "instance_to_world")}
+    attributes, values = [a["mesh_attributes"]], [a["attribute_values"]]
     names = {group: list(those) for group, those in scene.names.items()}
     mesh, vertex, end = len(a["mesh_normals"]), len(a["vertices"]), len(a["triangles"])
     for instance in flat:
@@ -41,8 +43,27 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
         end += last - first
         parts["mesh_triangles"].append(np.array([end], np.uint32))
         parts["mesh_normals"].append(np.array([-1], np.int32))
-        a["instance_mesh"][instance], a["instance_to_world"][instance] = mesh, np.eye(3, 4)
+        own, made = attributes_of(a, a["instance_mesh"][instance], used, sum(map(len, values)))
+        attributes.append(own[None])
+        values.append(made)
         if names.get("meshes"):
             names["meshes"].append(scene.name_of("instances", instance))
+        a["instance_mesh"][instance], a["instance_to_world"][instance] = mesh, np.eye(3, 4)
         mesh, vertex = mesh + 1, vertex + len(used)
+    parts |= {"mesh_attributes": attributes, "attribute_values": values}
     return replace(scene, arrays=a | {name: np.concatenate(part) for name, part in parts.items()}, names=names)
+
+
+def attributes_of(arrays: dict, mesh: int, used: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """Attributes of a copy of a mesh of which only some vertices are `used`: its row of mesh_attributes, and the values
+    by vertex, which will begin at `first` of attribute_values; all others are shared."""
+    n = numbers()
+    own, values = arrays["mesh_attributes"][mesh].copy(), [np.zeros(0, np.float32)]
+    for each in own:
+        if each[1] == n["DOMAIN_VERTEX"]:
+            start, components = int(each[0]), int(each[2])
+            rows = start + components * (used.astype(np.int64) - arrays["mesh_vertices"][mesh])
+            values.append(arrays["attribute_values"][rows[:, None] + np.arange(components)].ravel())
+            each[0] = first
+            first += len(values[-1])
+    return own, np.concatenate(values)

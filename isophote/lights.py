@@ -96,7 +96,8 @@ def emitting_triangles(scene: Scene, emits: np.ndarray) -> tuple[np.ndarray, np.
 def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
     """Light records of all emissive triangles, each instance's its own, in the order of (instance, primitive)."""
     n = numbers()
-    instance, primitive, slot = emitting_triangles(scene, materials["emission"].any(1))
+    constant = materials["flags"] & n["MATERIAL_EMISSION_VARIES"] == 0
+    instance, primitive, slot = emitting_triangles(scene, materials["emission"].any(1) & constant)
     corners = scene.vertices[scene.triangles[primitive]].astype(np.float64)  # [N, 3, 3]
     matrix = scene.instance_to_world[instance].astype(np.float64)
     corners = sum(corners[:, :, axis, None] * matrix[:, None, :, axis] for axis in range(3)) + matrix[:, None, :, 3]

@@ -13,6 +13,10 @@ whole (mix and add nodes, alpha, Principled's shares) is the instruction's weigh
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from isophote.values import Value
+
 PARAMS = 11
 
 FILM_SPECULAR = ("roughness_x", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "thickness", "film_ior",
@@ -71,8 +75,19 @@ DELTA_ALPHA2 = 2e-10
 DELTA_PHONG = 1e-4  # alpha, of Ashikhmin and Shirley's lobe
 
 
-def make_instruction(operation: str, weight, **params) -> tuple[int, tuple[float, float, float], list[float]]:
-    """(op, RGB weight, constants padded to PARAMS) for Scene's instruction arrays.
+class Instruction(NamedTuple):
+    """A closure or layer: RGB weight and parameters, numbers or Values (values.py). `normal` and `tangent` (its frame's
+    x axis), each three of them, stand in for the surface's own."""
+
+    op: int
+    weight: tuple
+    params: list
+    normal: tuple | None = None
+    tangent: tuple | None = None
+
+
+def make_instruction(operation: str, weight, normal=None, tangent=None, **params) -> Instruction:
+    """An Instruction.
 
     Raises KeyError for an unknown operation, TypeError for an unknown or missing parameter.
     """
@@ -80,19 +95,28 @@ def make_instruction(operation: str, weight, **params) -> tuple[int, tuple[float
     given = {name: DEFAULTS[name] for name in names if name in DEFAULTS} | params
     if set(given) != set(names):
         raise TypeError(f"{operation} takes {', '.join(names) or 'no parameters'}, got {', '.join(params)}")
-    values = [float(given[name]) for name in names]
-    return number, tuple(float(w) for w in weight), values + [0.0] * (PARAMS - len(values))
+    values = [as_number(given[name]) for name in names]
+    return Instruction(number, tuple(as_number(w) for w in weight), values, normal, tangent)
 
 
-def is_delta(op: int, constants) -> bool:
-    """Whether every lobe of the closure is a delta from both sides, so that it is sampled but never evaluated."""
+def as_number(x):
+    return x if isinstance(x, Value) else float(x)
+
+
+def is_delta(op: int, constants, varies: bool = False) -> bool:
+    """Whether every lobe of the closure is a delta from both sides, so that it is sampled but never evaluated.
+
+    Where parameters vary that is not known of those that have a roughness.
+    """
     name, names = next((name, names) for name, (number, names) in OPERATIONS.items() if number == op)
+    if "multiscatter" not in names and "roughness_x" not in names and name != "refraction":
+        return name == "transparent"
+    if varies:
+        return False
     values = dict(zip(names, constants, strict=False))  # constants are padded
     if "roughness_x" in names:
         alphas = [min(max(values[axis], 0.0), 1.0) ** 2 for axis in ("roughness_x", "roughness_y")]
         return max(alphas) <= DELTA_PHONG if name == "ashikhmin_shirley" else alphas[0] * alphas[1] <= DELTA_ALPHA2
-    if "multiscatter" not in names and name != "refraction":
-        return name == "transparent"
     spread = min(max(values["roughness"], 0.0), 1.0) ** 4
     if name == "refraction":  # bends microfacets' tilts by 1 - 1/ior: nothing is rough at ior 1
         ior = max(values["ior"], 1e-5)

@@ -84,6 +84,11 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     """Compiler options: the scene's features, and what keeps the bits in strict mode."""
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
                f"-DCLOSURES_USED={prepared.operations}u", f"-DCLAMPS={int(settings.clamps)}"]
+    if prepared.registers:
+        options.append(f"-DREGISTERS={prepared.registers}")
+        options += [f"-DVALUES_USED_{family}={mask}u" for family, mask in enumerate(prepared.values)]
+    else:
+        options.append("-DREGISTERS=1")
     if settings.precision == "fast":
         return [*options, "-DISOPHOTE_FAST"]
     if is_strict(device) is True:

@@ -15,11 +15,13 @@ from isophote.lights import light_records, triangle_lights
 from isophote.materials import OPERATIONS, is_delta
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
+from isophote.values import operation_of, operations
 
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
              "beckmann", "ashikhmin_shirley", "layer_absorption", "layer_reset")
 FILTER_STEPS = 1024
+VALUE_FAMILIES = 8  # kernels/values/values.h
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
 
 
@@ -28,14 +30,17 @@ class Prepared:
     """What a device takes. `buffers` holds an array for each entry of kernels/scene_buffers.h, but not for `nodes` and
     `triangles`: these are for those who trace the BVH2 and are made by `traced`.
 
-    `features` is a mask of FEATURE_ bits, `operations` one of the instructions' operations (bit 1 << op): what kernels
-    must know. `resolution` is the full frame (width, height) in pixels.
+    `features` is a mask of FEATURE_ bits, `operations` one of the instructions' operations (bit 1 << op), `values` has
+    such a mask for each family of operations on values, `registers` is how many of these there are: what kernels must
+    know. `resolution` is the full frame (width, height) in pixels.
     """
 
     buffers: dict[str, np.ndarray]
     geometry: Geometry
     features: int
     operations: int
+    values: list[int]
+    registers: int
     resolution: tuple[int, int]
     build_seconds: float
     notes: list[dict] = field(default_factory=list)
@@ -76,16 +81,18 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     features = find_features(scene, buffers, materials, lights, len(lamps))
     buffers |= {
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
+        "steps": make_steps(scene), **lookup_buffers(scene),
         "slot_materials": scene.slot_materials, "lights": lights, "light_tree": light_tree,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
         "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0,
                               light_count=len(lights), lamp_count=len(lamps), light_depth=light_depth,
-                              features=features)}
+                              features=features, attributes=scene.mesh_attributes.shape[1],
+                              registers=registers_used(scene))}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype.base) for name, dtype in scene_buffers().items()
                if name in buffers}
-    operations = sum(1 << int(op) for op in np.unique(instructions["op"]))
-    return Prepared(buffers, geometry, features, operations, tuple(int(r) for r in scene.resolution),
-                    time.perf_counter() - started)
+    closures = sum(1 << int(op) for op in np.unique(instructions["op"]))
+    return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
+                    tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 
 
 def make_camera(scene: Scene) -> np.ndarray:
@@ -99,8 +106,13 @@ def make_camera(scene: Scene) -> np.ndarray:
 
 
 def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Material records and the instructions that remain once emission is folded into them."""
+    """Material records and the instructions that remain once emission is folded into them.
+
+    Of a material whose emission or transparency varies validate has found one instruction for it.
+    """
     n = numbers()
+    varies = scene.instruction_flags & n["INSTRUCTION_VARIES"] != 0
+    bumps = scene.instruction_flags & n["INSTRUCTION_BUMPS"] != 0
     operation = np.array([NAME_OF_OPERATION[op] for op in scene.instruction_op.tolist()], dtype=object)
     made, kept, placed = make_records("Material", len(scene.material_first) - 1), [], 0
     for number, material in enumerate(made):
@@ -109,20 +121,73 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         transparent = program[operation[program] == "transparent"]
         rest = program[operation[program] != "emission"]
         closures = [i for i in rest if not operation[i].startswith("layer_")]
-        smooth = all(is_delta(int(scene.instruction_op[i]), scene.instruction_params[i]) for i in closures)
+        smooth = all(is_delta(int(scene.instruction_op[i]), scene.instruction_params[i], varies[i]) for i in closures)
         material["emission"] = scene.instruction_weight[emission].sum(0)
         material["transparency"] = scene.instruction_weight[transparent].sum(0)
         material["first"], material["count"] = placed, len(rest)
-        material["flags"] = (bool(material["emission"].any()) * n["MATERIAL_EMITS"]
-                             | bool(material["transparency"].any()) * n["MATERIAL_TRANSPARENT"]
+        material["first_step"] = scene.material_steps[number]
+        material["steps"] = scene.material_steps[number + 1] - scene.material_steps[number]
+        material["shadow_steps"] = scene.material_shadow_steps[number]
+        glows, passes = varies[emission].any(), varies[transparent].any()
+        material["flags"] = (bool(glows or material["emission"].any()) * n["MATERIAL_EMITS"]
+                             | bool(passes or material["transparency"].any()) * n["MATERIAL_TRANSPARENT"]
+                             | glows * n["MATERIAL_EMISSION_VARIES"] | passes * n["MATERIAL_TRANSPARENCY_VARIES"]
+                             | bumps[rest].any() * n["MATERIAL_BUMPS"]
                              | smooth * n["MATERIAL_DELTA_ONLY"]
                              | any(operation[i] in TRANSMITTING for i in rest) * n["MATERIAL_TRANSMITS"])
         kept.append(rest)
         placed += len(rest)
     order = np.concatenate(kept) if kept else np.zeros(0, int)
     instructions = make_records("Instruction", len(order), op=scene.instruction_op[order],
-                                weight=scene.instruction_weight[order], params=scene.instruction_params[order])
+                                flags=scene.instruction_flags[order], weight=scene.instruction_weight[order],
+                                params=scene.instruction_params[order])
     return made, instructions
+
+
+def make_steps(scene: Scene) -> np.ndarray:
+    """ValueStep records."""
+    return make_records("ValueStep", len(scene.step_op), op=scene.step_op, to=scene.step_to, repeat=scene.step_repeat,
+                        data=scene.step_data, number=scene.step_number, **{"from": scene.step_from})
+
+
+def values_used(scene: Scene) -> list[int]:
+    """A mask of the operations on values that the scene's steps need, for each family of 32."""
+    masks = [0] * VALUE_FAMILIES
+    for op in np.unique(scene.step_op).tolist():
+        masks[op // 32] |= 1 << op % 32
+    return masks
+
+
+def registers_used(scene: Scene) -> int:
+    """The largest number of registers that a material's steps need."""
+    outputs = np.array([operations()[operation_of(op)].outputs for op in scene.step_op.tolist()], np.int64)
+    return int((scene.step_to + outputs).max(initial=0))
+
+
+def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
+    """What steps read beside their registers. Attributes are placed so that the numbers of the scene's vertices,
+    triangles and corners lead to their values."""
+    n, a = numbers(), scene.mesh_attributes.astype(np.int64)
+    start = np.zeros((len(a), 5), np.int64)  # the mesh's first element, by domain
+    start[:, n["DOMAIN_VERTEX"]] = scene.mesh_vertices[:-1]
+    start[:, n["DOMAIN_TRIANGLE"]] = scene.mesh_triangles[:-1]
+    start[:, n["DOMAIN_CORNER"]] = 3 * scene.mesh_triangles[:-1].astype(np.int64)
+    first = a[:, :, 0] - a[:, :, 2] * np.take_along_axis(start, a[:, :, 1], axis=1)
+    i, info = scene.images.astype(np.int64), scene.instance_info
+    texels = np.zeros(-(-len(scene.image_texels) // 4) * 4, np.uint8)
+    texels[:len(scene.image_texels)] = scene.image_texels
+    return {
+        "value_tables": scene.value_tables,
+        "mesh_attributes": make_records("MeshAttribute", first.size, first=(first % 2**32).ravel(),
+                                        domain=a[:, :, 1].ravel(), components=a[:, :, 2].ravel()),
+        "attribute_values": scene.attribute_values if len(scene.attribute_values) else np.zeros(a.size, np.float32),
+        "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
+        "instance_infos": make_records("InstanceInfo", len(info), color=info[:, :3], alpha=info[:, 3],
+                                       index=info[:, 4], random=info[:, 5]),
+        "images": make_records("Image", len(i), first=i[:, 0] // 4, width=i[:, 1], height=i[:, 2], channels=i[:, 3],
+                               texel=i[:, 4], flags=i[:, 5]),
+        "texels": texels.view(np.uint32),
+    }
 
 
 @cache
@@ -169,5 +234,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np
         "FEATURE_SMOOTH": (buffers["instances"]["visibility"] & n["INSTANCE_SMOOTH"]).any(),
         "FEATURE_SLOTS": len(buffers["slots"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),
+        "FEATURE_VALUES": len(scene.step_op) > 0,
+        "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
     }
     return sum(n[name] for name, used in uses.items() if used)

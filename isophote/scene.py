@@ -2,7 +2,8 @@
 
 One table, FIELDS, names each array with its type, shape and meaning; saving, loading, hashing and
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
-slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights.
+slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
+Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances with info (I or 0), G images, X bytes.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-FORMAT = 2
+FORMAT = 3
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Field:
     dtype: str
     shape: tuple
     doc: str
+    zeros: bool = False  # where it is not given: as many as the scene has of what it is about
 
 
 FIELDS: dict[str, Field] = {
@@ -52,8 +54,25 @@ FIELDS: dict[str, Field] = {
     "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
     "instruction_op": Field("i4", ("K",), "operation (kernels/bsdf/bsdf.h, isophote/materials.py)"),
-    "instruction_weight": Field("f4", ("K", 3), "RGB factor of the closure"),
-    "instruction_params": Field("f4", ("K", 11), "constants, by operation"),
+    "instruction_flags": Field("u4", ("K",), "INSTRUCTION_ flags, registers of normal and tangent (scene_records.h)",
+                               zeros=True),
+    "instruction_weight": Field("f4", ("K", 3), "RGB factor of the closure, or registers of it"),
+    "instruction_params": Field("f4", ("K", 11), "constants, by operation, or registers of them"),
+    "material_steps": Field("u4", ("P+1",), "first step of each material; the last entry is Z", zeros=True),
+    "material_shadow_steps": Field("u4", ("P",), "how many of them transparency needs, the first ones", zeros=True),
+    "step_op": Field("i4", ("Z",), "operation (kernels/values/values.h)"),
+    "step_to": Field("u4", ("Z",), "first register that it writes"),
+    "step_from": Field("u4", ("Z", 11), "registers that it reads"),
+    "step_repeat": Field("u4", ("Z",), "how often it runs"),
+    "step_data": Field("u4", ("Z",), "an entry of value_tables, the number of an image or an attribute"),
+    "step_number": Field("f4", ("Z",), "a constant"),
+    "value_tables": Field("f4", ("C",), "curves and ramps that steps read"),
+    "mesh_attributes": Field("u4", ("M", "A", 3), "first number in attribute_values, DOMAIN_, components (1 to 4)",
+                             zeros=True),
+    "attribute_values": Field("f4", ("B",), "by mesh, attribute, element and component"),
+    "instance_info": Field("f4", ("O", 6), "colour, alpha, object index, random number of each instance"),
+    "images": Field("i4", ("G", 6), "first byte of image_texels, width, height, channels, TEXEL_ kind, IMAGE_ flags"),
+    "image_texels": Field("u1", ("X",), "rows from the bottom up; each image begins at a multiple of 4"),
     "light_kind": Field("i4", ("L",), "LIGHT_ numbers (kernels/scene_records.h)"),
     "light_to_world": Field("f8", ("L", 3, 4), "unit axes and place, relative to origin; shines along -z"),
     "light_strength": Field("f8", ("L", 3), "colour times power: W, W/m^2 for suns"),
@@ -115,17 +134,18 @@ def make_scene(names: dict | None = None, notes: list | None = None, **arrays) -
     if unknown:
         raise SceneError(f"unknown scene arrays: {', '.join(sorted(unknown))}")
     made, counts = {}, {}
-    for name, spec in FIELDS.items():
+    for name in sorted(FIELDS, key=lambda name: name not in arrays and FIELDS[name].zeros):  # those follow the others
+        spec = FIELDS[name]
         value = arrays.get(name)
         if value is None:
-            value = np.zeros([0 if n == name_of_count(n) else 1 if isinstance(n, str) else n for n in spec.shape])
+            value = np.zeros([length_of(n, counts if spec.zeros else {}) for n in spec.shape])
         made[name] = checked(name, spec, value, counts)
-    return Scene(made, dict(names or {}), list(notes or []))
+    return Scene({name: made[name] for name in FIELDS}, dict(names or {}), list(notes or []))
 
 
-def name_of_count(n):
-    """'T' for 'T' and None for 'T+1' or a number: whether a dimension may be empty."""
-    return n if isinstance(n, str) and not n.endswith("+1") else None
+def length_of(n, counts: dict) -> int:
+    """Of a dimension of an array that is not given."""
+    return counts.get(n[0], 0) + n.endswith("+1") if isinstance(n, str) else n
 
 
 def checked(name: str, spec: Field, value, counts: dict) -> np.ndarray:

@@ -14,7 +14,9 @@ import numpy as np
 
 from isophote.flatten import flattened, matrix_ranks
 from isophote.materials import OPERATIONS
+from isophote.records import numbers
 from isophote.scene import Scene
+from isophote.values import operations
 
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
 CAMERA_KINDS = 2
@@ -91,6 +93,7 @@ def cleaned(scene: Scene, bad: Bad) -> tuple[Scene, list[dict]]:
     if scene is whole and not notes and not instances.any():
         return scene, []
     arrays, names = dict(scene.arrays), dict(scene.names)
+    drop_attributes(arrays, bad.triangles)
     drop_triangles(arrays, bad.triangles)
     drop_rows(arrays, names, "instances", "instance_", instances)
     drop_rows(arrays, names, "spheres", "sphere_", bad.spheres)
@@ -107,10 +110,27 @@ def drop_rows(arrays: dict, names: dict, group: str, prefix: str, bad: np.ndarra
     if not bad.any():
         return
     for name in arrays:
-        if name.startswith(prefix):
+        if name.startswith(prefix) and len(arrays[name]):
             arrays[name] = arrays[name][~bad]
     if names.get(group):
         names[group] = [name for name, is_bad in zip(names[group], bad, strict=False) if not is_bad]
+
+
+def drop_attributes(arrays: dict, bad: np.ndarray) -> None:
+    """Of attributes by triangle or corner, leave out the values of triangles that go."""
+    n = numbers()
+    per_triangle = {n["DOMAIN_TRIANGLE"]: 1, n["DOMAIN_CORNER"]: 3}
+    if not bad.any() or not arrays["mesh_attributes"].size:
+        return
+    made = arrays["mesh_attributes"] = arrays["mesh_attributes"].copy()
+    gone = np.zeros(len(arrays["attribute_values"]), bool)
+    for mesh, number in np.argwhere(np.isin(made[:, :, 1], list(per_triangle))).tolist():
+        first, domain, components = made[mesh, number].tolist()
+        rows = np.repeat(bad[arrays["mesh_triangles"][mesh]:arrays["mesh_triangles"][mesh + 1]],
+                         per_triangle[domain] * components)
+        gone[first:first + len(rows)] = rows
+    made[:, :, 0] -= np.concatenate([[0], np.cumsum(gone)])[made[:, :, 0]].astype(np.uint32)
+    arrays["attribute_values"] = arrays["attribute_values"][~gone]
 
 
 def drop_triangles(arrays: dict, bad: np.ndarray) -> None:
@@ -168,6 +188,7 @@ def index_problems(scene: Scene) -> list[Problem]:
 
     ascending("meshes", "mesh_triangles", len(a["triangles"]))
     ascending("materials", "material_first", len(a["instruction_op"]))
+    ascending("materials", "material_steps", len(a["step_op"]))
     ascending("meshes", "mesh_vertices", len(a["vertices"]))
     inside("meshes", "triangles", len(a["vertices"]), "vertex", mesh_of)
     if len(a["triangle_slots"]) not in (0, len(a["triangles"])):
@@ -215,16 +236,77 @@ def vertices_used(arrays: dict, counts: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def material_problems(scene: Scene) -> list[Problem]:
     ops, problems = scene.instruction_op, []
-
-    def owner(row):
-        return scene.name_of("materials", int(np.searchsorted(scene.material_first, row, side="right")) - 1)
-
+    owner = owner_of_rows(scene, "material_first")
     known = np.isin(ops, [number for number, _ in OPERATIONS.values()])
     for row in np.flatnonzero(~known)[:10]:
         problems.append(Problem("error", owner(row), f"operation {ops[row]} is not known"))
     finite = np.isfinite(scene.instruction_params).all(axis=1) & np.isfinite(scene.instruction_weight).all(axis=1)
     for row in np.flatnonzero(~finite)[:10]:
         problems.append(Problem("error", owner(row), "a constant is not finite"))
+    return problems or value_problems(scene)
+
+
+def owner_of_rows(scene: Scene, starts: str):
+    """Names the material to which a row of instructions or steps belongs."""
+    return lambda row: scene.name_of("materials", int(np.searchsorted(scene.arrays[starts], row, side="right")) - 1)
+
+
+def value_problems(scene: Scene) -> list[Problem]:
+    """Steps, and instructions that read their registers: what they name must be there."""
+    n, steps = numbers(), len(scene.step_op)
+    known = np.isin(scene.step_op, [each.number for each in operations().values()])
+    outputs = {each.number: each.outputs for each in operations().values()}
+    ends = scene.step_to + np.array([outputs.get(op, 0) for op in scene.step_op.tolist()], np.int64)
+    rows = {"an operation on values is not known": ~known,
+            "a step names a register that there is not": (ends > n["MOST_REGISTERS"])
+            | (scene.step_from >= n["MOST_REGISTERS"]).any(axis=1),
+            "a step's constant is not finite": ~np.isfinite(scene.step_number),
+            "a step reads what there is not": data_outside(scene)}
+    owner = owner_of_rows(scene, "material_steps")
+    problems = [Problem("error", owner(row), what)
+                for what, wrong in rows.items() for row in np.flatnonzero(wrong)[:10]]
+    counts = np.diff(scene.material_steps.astype(np.int64))
+    for material in np.flatnonzero(scene.material_shadow_steps > counts):
+        problems.append(Problem("error", scene.name_of("materials", material), "more steps for shadows than steps"))
+    reading = scene.instruction_flags & n["INSTRUCTION_VARIES"] != 0
+    highest = int(ends.max(initial=0)) if steps else 0
+    named = np.concatenate([scene.instruction_weight, scene.instruction_params], axis=1)
+    outside = reading & ((named < 0) | (named >= highest)).any(axis=1)
+    owner = owner_of_rows(scene, "material_first")
+    problems += [Problem("error", owner(row), "a closure names a register that nothing writes")
+                 for row in np.flatnonzero(outside)[:10]]
+    return problems + table_problems(scene)
+
+
+def data_outside(scene: Scene) -> np.ndarray:
+    """Mask (Z) of steps that name an attribute, an image or an entry of the tables that there is not."""
+    lengths = {"attribute": scene.mesh_attributes.shape[1], "image": len(scene.images)}
+    outside = np.zeros(len(scene.step_op), bool)
+    for name, length in lengths.items():
+        if name in operations():
+            outside |= (scene.step_op == operations()[name].number) & (scene.step_data >= length)
+    return outside
+
+
+def table_problems(scene: Scene) -> list[Problem]:
+    """Attributes and images against the arrays that hold their values."""
+    n, problems = numbers(), []
+    a = scene.mesh_attributes.astype(np.int64)
+    vertices, triangles = (np.diff(scene.arrays[name].astype(np.int64)) for name in ("mesh_vertices", "mesh_triangles"))
+    counts = np.stack([0 * triangles, 1 + 0 * triangles, vertices, triangles, 3 * triangles], axis=1)  # by domain
+    known = (a[:, :, 1] <= n["DOMAIN_CORNER"]) & (a[:, :, 2] <= 4) & ((a[:, :, 2] > 0) | (a[:, :, 1] == 0))
+    ends = a[:, :, 0] + a[:, :, 2] * np.take_along_axis(counts, np.minimum(a[:, :, 1], n["DOMAIN_CORNER"]), axis=1)
+    for mesh in np.flatnonzero((~known | (ends > len(scene.attribute_values))).any(axis=1)):
+        problems.append(Problem("error", scene.name_of("meshes", mesh), "an attribute's values lie outside the array"))
+    sizes = np.array([1, 2, 2, 4])
+    i = scene.images.astype(np.int64)
+    fits = (i[:, 0] >= 0) & (i[:, 0] % 4 == 0) & (i[:, 1:3] > 0).all(axis=1) & (i[:, 3] >= 1) & (i[:, 3] <= 4)
+    fits &= (i[:, 4] >= 0) & (i[:, 4] < len(sizes))
+    end = i[:, 0] + i[:, 1] * i[:, 2] * i[:, 3] * sizes[np.clip(i[:, 4], 0, 3)]
+    for image in np.flatnonzero(~fits | (end > len(scene.image_texels))):
+        problems.append(Problem("error", scene.name_of("images", image), "its pixels lie outside the array"))
+    if len(scene.instance_info) not in (0, len(scene.instance_mesh)):
+        problems.append(Problem("error", "instances", "there is not one row of info for each"))
     return problems
 
 

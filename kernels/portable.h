@@ -17,6 +17,8 @@
 #define STRICT_FP _Pragma("OPENCL FP_CONTRACT OFF")
 #define GLOBAL __global
 #define FN static inline
+#define FN_APART FN
+#define REGISTER_STRIDE 1u
 typedef float real;
 typedef float3 real3;
 typedef float2 real2;
@@ -64,6 +66,10 @@ FN uint lanes_together(void) {
 #endif
 #define GLOBAL
 #define FN static inline __attribute__((always_inline))
+#define FN_APART static __attribute__((noinline, unused)) /* large, and in no loop that is to vectorise */
+#ifndef REGISTER_STRIDE
+#define REGISTER_STRIDE 1024u /* native/batch.h: a register is a column of its paths */
+#endif
 typedef unsigned int uint;
 typedef unsigned short ushort;
 #ifdef ISOPHOTE_REFERENCE

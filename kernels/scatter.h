@@ -3,7 +3,7 @@
 #ifndef ISOPHOTE_SCATTER_H
 #define ISOPHOTE_SCATTER_H
 #include "bsdf/bsdf.h"
-#include "surface.h"
+#include "values/program.h"
 
 #define MAX_CLOSURES 32 /* instructions of one program; validate.py names materials that have more */
 
@@ -16,6 +16,26 @@ FN int is_closure(int op) {
     return 1;
     default: return 0;
   }
+}
+
+/* An instruction's closure at a point whose values lie in registers r. */
+FN Closure closure_of(Instruction i, const real *r) {
+  if ((SCENE_FEATURES & FEATURE_VALUES) && (i.flags & INSTRUCTION_VARIES)) return bind_closure(i, r);
+  return make_closure(i);
+}
+
+FN real3 load_registers3(uint first, const real *r) {
+  return make_real3(r[first * REGISTER_STRIDE], r[(first + 1u) * REGISTER_STRIDE], r[(first + 2u) * REGISTER_STRIDE]);
+}
+FN int has_own_frame(Instruction i) { return (SCENE_FEATURES & FEATURE_BUMP) && (i.flags & INSTRUCTION_BUMPS); }
+/* The frame of a closure that has its own. */
+FN Frame own_frame(Instruction i, const real *r) {
+  real3 n = load_registers3(INSTRUCTION_NORMAL(i.flags), r);
+  if (!INSTRUCTION_TANGENT(i.flags)) return make_frame(n);
+  return make_frame_along(n, load_registers3(INSTRUCTION_TANGENT(i.flags), r));
+}
+FN Frame frame_of(Instruction i, Surface at, const real *r) {
+  return has_own_frame(i) ? own_frame(i, r) : make_frame(at.ns);
 }
 
 /* Choosing one closure in proportion to its share of the reflected light, in one pass over the
@@ -69,6 +89,11 @@ FN BsdfValue add_closure(BsdfValue sum, BsdfValue one, real3 weight, real share,
 /* No light passes where the geometric and the shading normal disagree about the side it comes from. */
 FN BsdfValue one_sided(Surface s, real3 wi, BsdfValue v) {
   int agree = (dot3(s.ng, wi) > REAL(0.0)) == (dot3(s.ns, wi) > REAL(0.0));
+  return make_value(select3(agree, v.f, zero3()), agree ? v.pdf : REAL(0.0));
+}
+/* The same for a closure, whose own normal may be another: in_frame is wi in its frame. */
+FN BsdfValue one_sided_closure(real3 ng, real3 wi, real3 in_frame, BsdfValue v) {
+  int agree = (dot3(ng, wi) > REAL(0.0)) == (in_frame.z > REAL(0.0));
   return make_value(select3(agree, v.f, zero3()), agree ? v.pdf : REAL(0.0));
 }
 FN BsdfSample one_sided_sample(Surface s, real3 wi, BsdfSample b) {

@@ -18,6 +18,14 @@
   X(uint, slot_materials, "material of each instance's slots")                                 \
   X(Material, materials, "")                                                                   \
   X(Instruction, instructions, "programs of the materials")                                    \
+  X(ValueStep, steps, "what computes the materials' values")                                    \
+  X(float, value_tables, "curves and ramps")                                                   \
+  X(MeshAttribute, mesh_attributes, "of each mesh, in the order of the attributes; empty where no step reads one") \
+  X(float, attribute_values, "")                                                               \
+  X(uint, instance_meshes, "mesh of each instance; empty where no step reads an attribute")      \
+  X(InstanceInfo, instance_infos, "of each instance; empty where no step reads it")            \
+  X(Image, images, "")                                                                         \
+  X(uint, texels, "of the images, in words of four bytes")                                      \
   X(Light, lights, "lamps, then emissive triangles")                                           \
   X(LightCluster, light_tree, "pairs of clusters: picks a light")                              \
   X(float, filter_table, "inverse CDF of the pixel filter of width 1")                 \

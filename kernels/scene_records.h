@@ -25,6 +25,8 @@
 #define FEATURE_EMISSION 128u
 #define FEATURE_LAMPS 256u     /* lights to sample that are no triangles */
 #define FEATURE_SLOTS 512u     /* some triangle has another material slot than 0 */
+#define FEATURE_VALUES 1024u   /* some material computes values for each point */
+#define FEATURE_BUMP 2048u     /* some closure has a normal of its own */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -81,6 +83,8 @@ typedef struct {
   uint light_count; /* lights to sample: lamps, then triangles */
   uint lamp_count;  /* of them, lamps */
   uint light_depth; /* steps down the light tree; 0 where there is one light or none */
+  uint attributes;  /* of each mesh, in mesh_attributes */
+  uint registers;   /* that the materials' steps use */
   uint features; /* FEATURE_ bits of the scene */
 } World;
 
@@ -101,21 +105,82 @@ typedef struct {
 #define MATERIAL_TRANSPARENT 2u /* has an OP_TRANSPARENT: shadow rays pass in part */
 #define MATERIAL_DELTA_ONLY 4u  /* nothing to gain from light sampling */
 #define MATERIAL_TRANSMITS 8u   /* light from behind the surface counts */
+#define MATERIAL_EMISSION_VARIES 16u     /* emission holds registers */
+#define MATERIAL_TRANSPARENCY_VARIES 32u /* transparency holds registers */
+#define MATERIAL_BUMPS 64u      /* a closure has a normal of its own */
 typedef struct {
   uint first, count; /* instructions */
   uint flags;
   packed3 emission;     /* radiance, both sides */
   packed3 transparency; /* what a shadow ray keeps */
+  uint first_step, steps; /* what computes its values */
+  uint shadow_steps;      /* of them, the first ones, which transparency needs */
 } Material;
 
-/* One step of a material's program: constants for now, 64 bytes (bsdf/bsdf.h lists the operations). */
+/* One closure or layer of a material, 64 bytes (bsdf/bsdf.h lists the operations). Weight and parameters are constants,
+ * or, of one that varies, numbers of the registers that hold them. */
 #define INSTRUCTION_PARAMS 11
+#define INSTRUCTION_VARIES 1u
+#define INSTRUCTION_BUMPS 2u /* its normal is not the surface's */
+#define INSTRUCTION_NORMAL(flags) (((flags) >> 8) & 255u) /* of one that varies: first of three registers */
+#define INSTRUCTION_TANGENT(flags) ((flags) >> 16)        /* likewise, of its frame's x axis; 0: any will do */
 typedef struct {
   int op;
   uint flags;
   packed3 weight;
   float params[INSTRUCTION_PARAMS];
 } Instruction;
+
+/* One step of what computes a material's values, 64 bytes (values/values.h lists the operations): reads registers, and
+ * writes those from `to` on. */
+#define STEP_INPUTS 11
+#define MOST_REGISTERS 192
+typedef struct {
+  int op;
+  uint to;
+  uint from[STEP_INPUTS];
+  uint repeat;  /* how often it runs, once for each octave or neighbour */
+  uint data;    /* what it reads beside: first entry in value_tables, number of an image or an attribute */
+  float number; /* a constant */
+} ValueStep;
+
+/* Attributes of meshes: where the values are, for each mesh and attribute. */
+#define DOMAIN_NONE 0u /* the mesh has no such attribute: 0 */
+#define DOMAIN_MESH 1u /* one value */
+#define DOMAIN_VERTEX 2u
+#define DOMAIN_TRIANGLE 3u
+#define DOMAIN_CORNER 4u
+typedef struct {
+  uint first;      /* in attribute_values: this and `components` times the number of vertex, triangle or corner of the
+                    * scene add up, modulo 2^32, to the place of its first component */
+  uint domain;
+  uint components; /* 1 to 4 */
+} MeshAttribute;
+
+/* What Object Info tells of an instance. */
+typedef struct {
+  packed3 color;
+  float alpha, index, random;
+} InstanceInfo;
+
+/* A picture; rows from the bottom up. */
+#define TEXEL_BYTE 0u  /* of so many channels each */
+#define TEXEL_SHORT 1u
+#define TEXEL_HALF 2u
+#define TEXEL_FLOAT 3u
+#define IMAGE_SRGB 1u  /* flags: stored by sRGB's curve */
+#define IMAGE_LINEAR 0u /* interpolation */
+#define IMAGE_CLOSEST 1u
+#define IMAGE_CUBIC 2u
+#define IMAGE_REPEAT 0u /* extension */
+#define IMAGE_EXTEND 1u
+#define IMAGE_CLIP 2u
+#define IMAGE_MIRROR 3u
+typedef struct {
+  uint first; /* word of texels */
+  int width, height, channels;
+  uint texel, flags;
+} Image;
 
 #define LIGHT_POINT 0    /* sphere of radius size.x; a true point where 0 */
 #define LIGHT_SPOT 1     /* the same, limited to a cone around -z */

@@ -92,12 +92,13 @@ FN real lost_alpha(Params params, Path p) {
 }
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */
-FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h) {
-  int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);
+FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h, const real *r) {
+  int drawn = (m.flags & MATERIAL_EMISSION_VARIES) == 0u; /* the others are no lights */
+  int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE) & drawn;
   real light_pdf = REAL(0.0);
   if (compete) light_pdf = emission_pdf(s, h, path_receiver(p), make_real3(p.dx, p.dy, p.dz));
   real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
-  return clamp_light(params, path_throughput(p) * load3(m.emission) * weight, path_bounce(p) - 1);
+  return clamp_light(params, path_throughput(p) * material_emission(m, r) * weight, path_bounce(p) - 1);
 }
 
 /* Transparent surfaces that the path has passed. */
@@ -107,6 +108,8 @@ FN int path_vertex(Path p) { return path_bounce(p) + path_passed(p); }
 
 /* The normal that counts when a vertex chooses a light. */
 FN uint receiver_normal(Surface at, uint material_flags) {
+  /* Closures with normals of their own look to the side of ng, each another way. */
+  if ((SCENE_FEATURES & FEATURE_BUMP) && (material_flags & MATERIAL_BUMPS)) at.ns = at.ng;
   return (material_flags & MATERIAL_TRANSMITS) ? RECEIVER_ALL : pack_normal(at.ns);
 }
 
@@ -203,11 +206,11 @@ FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p
 }
 
 /* Past the last bounce only transparent surfaces let a path on, as long as their own limit allows. */
-FN Scattered pass_transparent(Params params, Material m, Path p, Hit h) {
+FN Scattered pass_transparent(Params params, Material m, Path p, Hit h, const real *registers) {
   Scattered r;
   uint passed = ((p.status >> 8) & 255u) + 1u;
   r.alive = ((m.flags & MATERIAL_TRANSPARENT) != 0u) & (int_of(passed) < params.transparent_bounces);
-  r.path = with_throughput(p, path_throughput(p) * load3(m.transparency));
+  r.path = with_throughput(p, path_throughput(p) * material_transparency(m, registers));
   r.path.t_min = h.t;
   r.path.after_instance = h.instance;
   r.path.after_primitive = h.primitive;
@@ -252,18 +255,24 @@ FN Aovs no_aovs(void) {
 }
 
 /* Albedo: closures' directional albedos towards the viewer, emission as white. */
-FN Aovs make_aovs(Scene s, Material m, Surface at, Path p) {
+FN Aovs make_aovs(Scene s, Material m, Surface at, Path p, const real *r) {
   Aovs a;
-  real3 wo = to_local(make_frame(at.ns), make_real3(-p.dx, -p.dy, -p.dz));
   Choice choice = make_choice(REAL(0.0));
   a.albedo = zero3();
+  real3 normals = zero3();
   for (uint k = 0u; k < m.count; k++) {
-    Closure c = make_closure(s.instructions[m.first + k]);
+    Instruction i = s.instructions[m.first + k];
+    Closure c = closure_of(i, r);
+    Frame frame = frame_of(i, at, r);
+    real3 wo = to_local(frame, make_real3(-p.dx, -p.dy, -p.dz));
+    if (is_closure(i.op)) normals = normals + frame.z * average3(abs3(closure_weight(c, choice)));
     a.albedo = a.albedo + albedo_closure(c, at.backfacing, s.albedo_tables, wo) * closure_weight(c, choice);
     choice.layer = layer_closure(c, at.backfacing, s.albedo_tables, wo, choice.layer);
   }
   a.depth = camera_depth(s.camera[0], at.p);
   a.normal = at.ns;
+  int bumps = (SCENE_FEATURES & FEATURE_BUMP) && (m.flags & MATERIAL_BUMPS);
+  if (bumps && dot3(normals, normals) > REAL(0.0)) a.normal = normalize3(normals);
   a.position = at.p + load3(s.world[0].origin);
   return a;
 }
@@ -291,7 +300,7 @@ FN Shadow make_shadow(Ray ray, int passed) {
 
 /* The closest hit stops the shadow ray, or it goes on behind it. The limit is the user's own, one less than that
  * of paths, as Cycles counts (integrate_shadow_max_transparent_hits). */
-FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
+FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features, real *r) {
   d.going = 0;
   if (h.instance == NONE) return d;
   Surface at = make_surface(s, d.ray, h, features);
@@ -299,7 +308,8 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
   int transparent = (m.flags & MATERIAL_TRANSPARENT) != 0u;
   d.going = transparent & (d.passed + 1 < params.transparent_bounces);
   d.limited = transparent & !d.going;
-  d.kept = d.going ? d.kept * load3(m.transparency) : zero3();
+  if (d.going) compute_values(s, m, m.shadow_steps, at, d.ray, h, 0u, uint_of(d.passed), r);
+  d.kept = d.going ? d.kept * material_transparency(m, r) : zero3();
   d.passed++;
   d.ray.t_min = h.t;
   d.ray.after_instance = h.instance;
@@ -308,14 +318,14 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features) {
 }
 
 /* A shadow ray's whole way: in scenes without transparent surfaces all of the light arrives or none. */
-FN Shadow trace_connection(Scene s, Params params, Ray ray, int passed, uint features) {
+FN Shadow trace_connection(Scene s, Params params, Ray ray, int passed, uint features, real *r) {
   Shadow d = make_shadow(ray, passed);
   if (!(features & FEATURE_TRANSPARENT)) {
     Hit h = trace(s, ray, 1);
     d.kept = select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
     return d;
   }
-  while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features);
+  while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features, r);
   return d;
 }
 

@@ -55,6 +55,17 @@ FN Frame make_frame(real3 n) {
   f.z = n;
   return f;
 }
+/* The frame of n whose x is as near to t as can be; make_frame's where t is along n. */
+FN Frame make_frame_along(real3 n, real3 t) {
+  Frame f = make_frame(n);
+  real3 y = cross3(n, t);
+  real square = dot3(y, y);
+  int use = square > REAL(1e-20) * dot3(t, t);
+  y = y * (REAL(1.0) / sqrt(use ? square : REAL(1.0)));
+  f.x = select3(use, cross3(y, n), f.x);
+  f.y = select3(use, y, f.y);
+  return f;
+}
 FN real3 to_local(Frame f, real3 v) { return make_real3(dot3(f.x, v), dot3(f.y, v), dot3(f.z, v)); }
 FN real3 to_world(Frame f, real3 v) { return f.x * v.x + f.y * v.y + f.z * v.z; }
 

@@ -166,22 +166,33 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
 }
 
 /* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. */
-FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo, real3 wi_world) {
-  real3 wi = to_local(make_frame(at.ns), wi_world);
+FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world,
+                               const real *r) {
+  Frame shading = make_frame(at.ns);
+  real3 surface_wo = to_local(shading, wo_world), surface_wi = to_local(shading, wi_world);
   Choice c = make_choice(REAL(0.0));
   BsdfValue sum = make_value(zero3(), REAL(0.0));
   for (uint k = 0u; k < m.count; k++) {
-    Closure i = make_closure(s.instructions[m.first + k]);
+    Instruction i = s.instructions[m.first + k];
+    Closure one = closure_of(i, r);
+    real3 wo = surface_wo, wi = surface_wi;
+    if (has_own_frame(i)) {
+      Frame own = own_frame(i, r);
+      wo = to_local(own, wo_world);
+      wi = to_local(own, wi_world);
+    }
     if (is_closure(i.op)) {
-      real3 weight = closure_weight(i, c);
+      real3 weight = closure_weight(one, c);
       real share = all.total; /* alone, a closure has all of it: its albedo need not be found again */
-      if (m.count > 1u) share = closure_share(weight, albedo_closure(i, at.backfacing, s.albedo_tables, wo));
-      sum = add_closure(sum, eval_closure(i, at.backfacing, s.albedo_tables, wo, wi), weight, share, all.total);
+      if (m.count > 1u) share = closure_share(weight, albedo_closure(one, at.backfacing, s.albedo_tables, wo));
+      BsdfValue value = eval_closure(one, at.backfacing, s.albedo_tables, wo, wi);
+      if (SCENE_FEATURES & FEATURE_BUMP) value = one_sided_closure(at.ng, wi_world, wi, value);
+      sum = add_closure(sum, value, weight, share, all.total);
     } else {
-      c.layer = layer_closure(i, at.backfacing, s.albedo_tables, wo, c.layer);
+      c.layer = layer_closure(one, at.backfacing, s.albedo_tables, wo, c.layer);
     }
   }
-  return one_sided(at, wi_world, sum);
+  return SCENE_FEATURES & FEATURE_BUMP ? sum : one_sided(at, wi_world, sum);
 }
 
 typedef struct {
@@ -209,41 +220,48 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   }
   Surface at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
   Material m = s.materials[at.material];
+  real registers[REGISTERS];
+  compute_values(s, m, m.steps, at, path_ray(p), h, p.bounces, uint_of(path_passed(p)), registers);
   if (params.aovs && shows_surface(p)) {
-    Aovs a = make_aovs(s, m, at, p);
+    Aovs a = make_aovs(s, m, at, p, registers);
 #define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + p.slot] = value;
     AOV_PLANES(X)
 #undef X
   }
-  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h));
+  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h, registers));
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
-    Scattered passed = pass_transparent(params, m, p, h);
+    Scattered passed = pass_transparent(params, m, p, h, registers);
     r.path = passed.path;
     r.alive = passed.alive;
     return r;
   }
 
-  real3 wo = to_local(make_frame(at.ns), make_real3(-p.dx, -p.dy, -p.dz));
+  real3 wo_world = make_real3(-p.dx, -p.dy, -p.dz);
+  real3 surface_wo = to_local(make_frame(at.ns), wo_world);
   int vertex = path_vertex(p);
   real2 u_choice = sample_bounce(p.seed, p.index, vertex, PAIR_CHOICE);
   Choice choice = make_choice(u_choice.y);
   real3 weight = zero3();
   for (uint k = 0u; k < m.count; k++) {
-    Closure i = make_closure(s.instructions[m.first + k]);
+    Instruction i = s.instructions[m.first + k];
+    Closure one = closure_of(i, registers);
+    real3 wo = has_own_frame(i) ? to_local(own_frame(i, registers), wo_world) : surface_wo;
     if (is_closure(i.op)) {
-      real3 w = closure_weight(i, choice);
-      choice = consider(choice, int_of(k), closure_share(w, albedo_closure(i, at.backfacing, s.albedo_tables, wo)));
+      real3 w = closure_weight(one, choice);
+      choice = consider(choice, int_of(k), closure_share(w, albedo_closure(one, at.backfacing, s.albedo_tables, wo)));
       weight = select3(choice.chosen == int_of(k), w, weight);
     } else {
-      choice.layer = layer_closure(i, at.backfacing, s.albedo_tables, wo, choice.layer);
+      choice.layer = layer_closure(one, at.backfacing, s.albedo_tables, wo, choice.layer);
     }
   }
 
   if (choice.chosen < 0) return r; /* black from here */
-  BsdfSample sample = sample_closure(make_closure(s.instructions[m.first + uint_of(choice.chosen)]), at.backfacing, s.albedo_tables,
-                                     wo, choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
-  real3 direction = to_world(make_frame(at.ns), sample.wi);
+  Instruction chosen = s.instructions[m.first + uint_of(choice.chosen)];
+  Frame frame = frame_of(chosen, at, registers);
+  BsdfSample sample = sample_closure(closure_of(chosen, registers), at.backfacing, s.albedo_tables,
+                                     to_local(frame, wo_world), choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
+  real3 direction = to_world(frame, sample.wi);
   sample = one_sided_sample(at, direction, sample);
 
   int lit = (SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY);
@@ -263,7 +281,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
 #pragma unroll 1
   for (int turn = lit ? 0 : 1; turn < 2; turn++) {
     of_light = value;
-    value = evaluate_material(s, m, at, choice, wo, turn ? direction : light.direction);
+    value = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction, registers);
   }
   if (lit) {
     r.connection = connect_light(params, at, light, of_light, p);
@@ -334,7 +352,8 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
       i = light_queue[k];
       c = load_connection(light_reals, light_uints, stride, i);
       if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
-        Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES);
+        real registers[REGISTERS];
+        Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES, registers);
         add_result(results, stride, i, behind_shadow(c.brought, d));
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);

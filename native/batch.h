@@ -44,8 +44,8 @@ struct Batch {
   alignas(64) real share[MAX_CLOSURES][CAPACITY];
   /* value of the BSDF towards the light or the next direction */
   alignas(64) real fr[CAPACITY], fg[CAPACITY], fb[CAPACITY], pdf[CAPACITY];
-  /* sampled direction, in the world and in the frame */
-  alignas(64) real wix[CAPACITY], wiy[CAPACITY], wiz[CAPACITY], lix[CAPACITY], liy[CAPACITY], liz[CAPACITY];
+  /* sampled direction, and its cosine to the closure's normal */
+  alignas(64) real wix[CAPACITY], wiy[CAPACITY], wiz[CAPACITY], height[CAPACITY];
   alignas(64) real sr[CAPACITY], sg[CAPACITY], sb[CAPACITY];
   alignas(64) int delta[CAPACITY], label[CAPACITY], valid[CAPACITY];
   /* connections */
@@ -56,6 +56,10 @@ struct Batch {
   alignas(64) real red[CAPACITY], green[CAPACITY], blue[CAPACITY], alpha[CAPACITY];
   alignas(64) real cut[2][CAPACITY]; /* luminance that clamping took from direct and indirect light */
   alignas(64) real aov[PLANES_ALL - PLANES_COMBINED][CAPACITY];
+
+  /* Values of materials, a column a register: of the surfaces being shaded, and of those that shadow rays meet. */
+  std::vector<real> registers, shadow_registers;
+  static_assert(REGISTER_STRIDE == CAPACITY);
 
   uint current = 0; /* which of the two halves of the path arrays is read */
   uint count = 0;
@@ -112,6 +116,11 @@ FN Surface load_surface(const Batch &b, uint i, uint material) {
   s.backfacing = b.backfacing[i];
   s.material = material;
   return s;
+}
+
+FN Point load_point(const Batch &b, Columns c, uint i) {
+  Path p = load_path(c.reals, c.uints, CAPACITY, i);
+  return make_point(load_surface(b, i, 0), path_ray(p), load_hit(b, i), p.bounces, uint_of(path_passed(p)));
 }
 
 FN real3 shading_normal(const Batch &b, uint i) { return make_real3(b.nsx[i], b.nsy[i], b.nsz[i]); }

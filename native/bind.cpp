@@ -14,6 +14,7 @@
 #include "../kernels/scene_buffers.h"
 #include "bvh_build.h"
 #include "fingerprint.h"
+#include "fold_value.h"
 #include "isophote_build.h"
 #include "refit.h"
 #include "render.h"
@@ -85,6 +86,8 @@ using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::
 
 using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Ints = nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Doubles = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using MutableDoubles = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using MutableBytes = nb::ndarray<uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using MutableFloats = nb::ndarray<float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
@@ -253,6 +256,12 @@ void bake_normals_of(Floats from, Ints first_normal, Uints first, Bytes uses, in
                to.data(), threads);
 }
 
+void fold(int op, Doubles inputs, unsigned repeat, float number, MutableDoubles outputs) {
+  if (inputs.shape(0) > STEP_INPUTS || outputs.shape(0) > MOST_REGISTERS - STEP_INPUTS)
+    throw std::invalid_argument("fold_value: more numbers than a step has");
+  fold_value(op, inputs.data(), unsigned(inputs.shape(0)), repeat, number, outputs.data(), unsigned(outputs.shape(0)));
+}
+
 void triangles_of(const MeshArrays &meshes, Uints order, Bytes last, int threads, MutableBytes to) {
   LeafTriangles leaves = meshes.leaves(order, last);
   if (to.shape(0) != leaves.count * sizeof(Triangle)) throw std::invalid_argument("make_triangles: a record for each");
@@ -353,6 +362,7 @@ NB_MODULE(_native, m) {
   m.def("find_bad_triangles", &bad_triangles, nb::arg("vertices"), nb::arg("triangles"), nb::arg("threads"), nb::arg("bad"));
   m.def("find_mesh_boxes", &mesh_boxes, nb::arg("vertices"), nb::arg("triangles"), nb::arg("mesh_triangles"),
         nb::arg("threads"), nb::arg("boxes"));
+  m.def("fold_value", &fold, nb::arg("op"), nb::arg("inputs"), nb::arg("repeat"), nb::arg("number"), nb::arg("outputs"));
   m.def("fingerprint", &fingerprint_of, nb::arg("bytes"), nb::arg("threads"));
   m.def("all_finite", &are_finite, nb::arg("values"), nb::arg("threads"));
   m.def("refit_tree", &refit, nb::arg("meshes"), nb::arg("nodes"), nb::arg("root"), nb::arg("order"), nb::arg("last"),

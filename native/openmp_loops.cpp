@@ -250,6 +250,7 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
   {
     FlushGuard guard;
     auto batch = std::make_unique<Batch>();
+    make_registers(*batch, s);
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
 #pragma omp for schedule(dynamic, 1)

@@ -1,7 +1,7 @@
 /* The loops that shade a group of paths of one material, one instruction at a time. Included once a
  * variant. Values and arithmetic are those of kernels/stages.h; only the order of loops is here. */
 #pragma once
-#include "shadow_rays.h"
+#include "value_loops.h"
 
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
@@ -63,7 +63,7 @@ static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
 static void shade_emission(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++)
-    add_light(b, params, i, see_emission(s, params, m, path_at(columns, i), load_hit(b, i)));
+    add_light(b, params, i, see_emission(s, params, m, path_at(columns, i), load_hit(b, i), registers_at(b, i)));
 }
 
 FN LightWalk load_walk(const Batch &b, uint i) {
@@ -147,15 +147,53 @@ static void start_choice(Batch &__restrict b, Group g) {
   }
 }
 
-/* The loops below run one instruction; CLOSURES and LAYERS expand each into a loop of its own. */
+/* An instruction for a whole group: where its closure's parameters and its frame come from. */
+struct Bound {
+  Instruction i;
+  const real *nx, *ny, *nz; /* columns of the normal */
+  const real *tx, *ty, *tz; /* and of the tangent; nullptr: none */
+};
+
+static Bound bind_instruction(const Batch &b, Instruction i) {
+  Bound bound{i, b.nsx, b.nsy, b.nsz, nullptr, nullptr, nullptr};
+  auto column = [&](uint number) { return b.registers.data() + number * CAPACITY; };
+  if (!has_own_frame(i)) return bound;
+  uint normal = INSTRUCTION_NORMAL(i.flags), tangent = INSTRUCTION_TANGENT(i.flags);
+  bound.nx = column(normal);
+  bound.ny = column(normal + 1);
+  bound.nz = column(normal + 2);
+  if (tangent) {
+    bound.tx = column(tangent);
+    bound.ty = column(tangent + 1);
+    bound.tz = column(tangent + 2);
+  }
+  return bound;
+}
+
+template <bool VARIES>
+FN Closure closure_at(const Batch &b, const Bound &c, const real *registers, uint n) {
+  return VARIES ? bind_closure(c.i, registers + n) : make_closure(c.i);
+}
+template <bool VARIES>
+FN Frame frame_at(const Batch &b, const Bound &c, uint n) {
+  if (!VARIES) return make_frame(shading_normal(b, n));
+  real3 normal = make_real3(c.nx[n], c.ny[n], c.nz[n]);
+  return c.tx ? make_frame_along(normal, make_real3(c.tx[n], c.ty[n], c.tz[n])) : make_frame(normal);
+}
+
+/* The loops below run one instruction; CLOSURES and LAYERS expand each into a loop of its own, once for constant
+ * parameters and once for those that vary. */
 #define CLOSURE_LOOPS(number, name, class_)                                                              \
-  static void consider_##name(Batch &__restrict b, Group g, Closure c, uint k, const float *tables) {           \
-    Columns columns = b.columns();                                                                        \
+  template <bool VARIES>                                                                                 \
+  static void consider_##name(Batch &__restrict b, Group g, Bound c, uint k, const float *tables) {      \
+    Columns columns = b.columns();                                                                       \
+    const real *registers = b.registers.data();                                                          \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
-      Frame frame = make_frame(shading_normal(b, i));                                                    \
-      real3 albedo = albedo_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i));             \
+      Closure one = closure_at<VARIES>(b, c, registers, i);                                              \
+      Frame frame = frame_at<VARIES>(b, c, i);                                                           \
+      real3 albedo = albedo_##name(one, b.backfacing[i], tables, local_wo(columns, frame, i));           \
       Choice choice = load_choice(b, i);                                                                 \
-      real3 weight = closure_weight(c, choice);                                                          \
+      real3 weight = closure_weight(one, choice);                                                        \
       real share = closure_share(weight, albedo);                                                        \
       store_choice(b, i, consider(choice, int(k), share));                                               \
       b.weight_r[k][i] = weight.x;                                                                       \
@@ -164,13 +202,18 @@ static void start_choice(Batch &__restrict b, Group g) {
       b.share[k][i] = share;                                                                             \
     }                                                                                                    \
   }                                                                                                      \
-  static void evaluate_##name(Batch &__restrict b, Group g, Closure c, uint k, const float *tables,             \
+  template <bool VARIES>                                                                                 \
+  static void evaluate_##name(Batch &__restrict b, Group g, Bound c, uint k, const float *tables,        \
                               const real *dx, const real *dy, const real *dz) {                          \
-    Columns columns = b.columns();                                                                        \
+    Columns columns = b.columns();                                                                       \
+    const real *registers = b.registers.data();                                                          \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
-      Frame frame = make_frame(shading_normal(b, i));                                                    \
-      real3 wi = to_local(frame, make_real3(dx[i], dy[i], dz[i]));                                       \
-      BsdfValue one = eval_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i), wi);          \
+      Closure closure = closure_at<VARIES>(b, c, registers, i);                                          \
+      Frame frame = frame_at<VARIES>(b, c, i);                                                           \
+      real3 direction = make_real3(dx[i], dy[i], dz[i]);                                                 \
+      real3 wi = to_local(frame, direction);                                                             \
+      BsdfValue one = eval_##name(closure, b.backfacing[i], tables, local_wo(columns, frame, i), wi);    \
+      if (VARIES) one = one_sided_closure(make_real3(b.ngx[i], b.ngy[i], b.ngz[i]), direction, wi, one);  \
       BsdfValue sum = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);                        \
       real3 weight = make_real3(b.weight_r[k][i], b.weight_g[k][i], b.weight_b[k][i]);                   \
       sum = add_closure(sum, one, weight, b.share[k][i], b.total[i]);                                    \
@@ -180,17 +223,23 @@ static void start_choice(Batch &__restrict b, Group g) {
       b.pdf[i] = sum.pdf;                                                                                \
     }                                                                                                    \
   }                                                                                                      \
-  static void sample_all_##name(Batch &__restrict b, Group g, Closure c, uint k, const float *tables) {         \
-    Columns columns = b.columns();                                                                        \
+  template <bool VARIES>                                                                                 \
+  static void sample_all_##name(Batch &__restrict b, Group g, Bound c, uint k, const float *tables) {    \
+    Columns columns = b.columns();                                                                       \
+    const real *registers = b.registers.data();                                                          \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
-      Path p = path_at(columns, i);                                                                                \
-      Frame frame = make_frame(shading_normal(b, i));                                                    \
+      Path p = path_at(columns, i);                                                                      \
+      Closure closure = closure_at<VARIES>(b, c, registers, i);                                          \
+      Frame frame = frame_at<VARIES>(b, c, i);                                                           \
       real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_BSDF);                               \
-      BsdfSample one = sample_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i), b.choice_u[i], u); \
+      real3 wo = local_wo(columns, frame, i);                                                            \
+      BsdfSample one = sample_##name(closure, b.backfacing[i], tables, wo, b.choice_u[i], u);            \
+      real3 wi = to_world(frame, one.wi);                                                                \
       int mine = b.chosen[i] == int(k);                                                                  \
-      b.lix[i] = mine ? one.wi.x : b.lix[i];                                                             \
-      b.liy[i] = mine ? one.wi.y : b.liy[i];                                                             \
-      b.liz[i] = mine ? one.wi.z : b.liz[i];                                                             \
+      b.wix[i] = mine ? wi.x : b.wix[i];                                                                 \
+      b.wiy[i] = mine ? wi.y : b.wiy[i];                                                                 \
+      b.wiz[i] = mine ? wi.z : b.wiz[i];                                                                 \
+      b.height[i] = mine ? one.wi.z : b.height[i];                                                       \
       b.sr[i] = mine ? one.f.x : b.sr[i];                                                                \
       b.sg[i] = mine ? one.f.y : b.sg[i];                                                                \
       b.sb[i] = mine ? one.f.z : b.sb[i];                                                                \
@@ -203,12 +252,15 @@ CLOSURES(CLOSURE_LOOPS)
 #undef CLOSURE_LOOPS
 
 #define LAYER_LOOPS(number, name)                                                                        \
-  static void apply_##name(Batch &__restrict b, Group g, Closure c, const float *tables) {                      \
-    Columns columns = b.columns();                                                                        \
+  template <bool VARIES>                                                                                 \
+  static void apply_##name(Batch &__restrict b, Group g, Bound c, const float *tables) {                 \
+    Columns columns = b.columns();                                                                       \
+    const real *registers = b.registers.data();                                                          \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
-      Frame frame = make_frame(shading_normal(b, i));                                                    \
+      Closure closure = closure_at<VARIES>(b, c, registers, i);                                          \
+      Frame frame = frame_at<VARIES>(b, c, i);                                                           \
       real3 layer = make_real3(b.layer_r[i], b.layer_g[i], b.layer_b[i]);                                \
-      layer = layer_##name(c, b.backfacing[i], tables, local_wo(columns, frame, i), layer);              \
+      layer = layer_##name(closure, b.backfacing[i], tables, local_wo(columns, frame, i), layer);        \
       b.layer_r[i] = layer.x;                                                                            \
       b.layer_g[i] = layer.y;                                                                            \
       b.layer_b[i] = layer.z;                                                                            \
@@ -217,17 +269,22 @@ CLOSURES(CLOSURE_LOOPS)
 LAYERS(LAYER_LOOPS)
 #undef LAYER_LOOPS
 
+/* Calls one of an instruction's two loops. */
+#define RUN(loop, ...) \
+  if (c.i.flags & INSTRUCTION_VARIES) loop<true>(__VA_ARGS__); \
+  else loop<false>(__VA_ARGS__)
+
 static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
   start_choice(b, g);
   for (uint k = 0; k < m.count; k++) {
-    Closure c = make_closure(s.instructions[m.first + k]);
-    switch (c.op) {
+    Bound c = bind_instruction(b, s.instructions[m.first + k]);
+    switch (c.i.op) {
 #define X(number, name, class_) \
-  case number: consider_##name(b, g, c, k, s.albedo_tables); break;
+  case number: RUN(consider_##name, b, g, c, k, s.albedo_tables); break;
       CLOSURES(X)
 #undef X
 #define X(number, name) \
-  case number: apply_##name(b, g, c, s.albedo_tables); break;
+  case number: RUN(apply_##name, b, g, c, s.albedo_tables); break;
       LAYERS(X)
 #undef X
     }
@@ -238,14 +295,15 @@ static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
 static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g, const real *dx, const real *dy, const real *dz) {
   for (real *column : {b.fr, b.fg, b.fb, b.pdf}) std::fill(column + g.first, column + g.end, REAL(0.0));
   for (uint k = 0; k < m.count; k++) {
-    Closure c = make_closure(s.instructions[m.first + k]);
-    switch (c.op) {
+    Bound c = bind_instruction(b, s.instructions[m.first + k]);
+    switch (c.i.op) {
 #define X(number, name, class_) \
-  case number: evaluate_##name(b, g, c, k, s.albedo_tables, dx, dy, dz); break;
+  case number: RUN(evaluate_##name, b, g, c, k, s.albedo_tables, dx, dy, dz); break;
       CLOSURES(X)
 #undef X
     }
   }
+  if (m.flags & MATERIAL_BUMPS) return; /* each closure was one-sided */
   FOR_PATHS(i, g.first, g.end) {
     BsdfValue v = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);
     v = one_sided(load_surface(b, i, g.material), make_real3(dx[i], dy[i], dz[i]), v);
@@ -256,28 +314,26 @@ static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g,
   }
 }
 
+/* Of the sampled direction only the height over the closure's horizon is asked for in its frame. */
 FN BsdfSample load_sample(const Batch &b, uint i) {
-  return make_sample(make_real3(b.lix[i], b.liy[i], b.liz[i]), make_real3(b.sr[i], b.sg[i], b.sb[i]), b.delta[i],
+  return make_sample(make_real3(REAL(0.0), REAL(0.0), b.height[i]), make_real3(b.sr[i], b.sg[i], b.sb[i]), b.delta[i],
                      b.label[i], b.valid[i]);
 }
 
 static void sample_closures(Batch &__restrict b, Scene s, Material m, Group g) {
-  for (real *column : {b.lix, b.liy, b.liz, b.sr, b.sg, b.sb}) std::fill(column + g.first, column + g.end, REAL(0.0));
+  for (real *column : {b.wix, b.wiy, b.wiz, b.height, b.sr, b.sg, b.sb}) std::fill(column + g.first, column + g.end, REAL(0.0));
   for (int *column : {b.delta, b.label, b.valid}) std::fill(column + g.first, column + g.end, 0);
   for (uint k = 0; k < m.count; k++) {
-    Closure c = make_closure(s.instructions[m.first + k]);
-    switch (c.op) {
+    Bound c = bind_instruction(b, s.instructions[m.first + k]);
+    switch (c.i.op) {
 #define X(number, name, class_) \
-  case number: sample_all_##name(b, g, c, k, s.albedo_tables); break;
+  case number: RUN(sample_all_##name, b, g, c, k, s.albedo_tables); break;
       CLOSURES(X)
 #undef X
     }
   }
   FOR_PATHS(i, g.first, g.end) {
-    real3 wi = to_world(make_frame(shading_normal(b, i)), make_real3(b.lix[i], b.liy[i], b.liz[i]));
-    b.wix[i] = wi.x;
-    b.wiy[i] = wi.y;
-    b.wiz[i] = wi.z;
+    real3 wi = make_real3(b.wix[i], b.wiy[i], b.wiz[i]);
     b.valid[i] = one_sided_sample(load_surface(b, i, g.material), wi, load_sample(b, i)).valid;
   }
 }
@@ -328,7 +384,7 @@ static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     count_limits(b, ending_limits(params, m, path_at(columns, i)));
-    Scattered r = pass_transparent(params, m, path_at(columns, i), load_hit(b, i));
+    Scattered r = pass_transparent(params, m, path_at(columns, i), load_hit(b, i), registers_at(b, i));
     store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
     b.alive[i] = uint(r.alive);
   }
@@ -339,7 +395,7 @@ static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
     if (!shows_surface(p)) continue;
-    store_aovs(b, p.slot, make_aovs(s, m, load_surface(b, i, g.material), p));
+    store_aovs(b, p.slot, make_aovs(s, m, load_surface(b, i, g.material), p, registers_at(b, i)));
   }
 }
 
@@ -347,6 +403,7 @@ template <uint FEATURES>
 static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   Material m = s.materials[g.material];
   make_surfaces<FEATURES>(b, s, g);
+  run_values(b, s, m, g);
   if (params.aovs) shade_aovs(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (g.last) {

@@ -29,7 +29,7 @@ struct PassingRays {
   Ray ray(uint i) const { return b.shadows[b.order[i]].ray; }
   void store(uint i, const Hit &h) {
     Shadow &shadow = b.shadows[b.order[i]];
-    shadow = pass_shadow(s, params, shadow, h, features);
+    shadow = pass_shadow(s, params, shadow, h, features, b.shadow_registers.data());
     b.limits[LIMITS - 1] += uint64_t(shadow.limited);
   }
 };

@@ -29,8 +29,8 @@ INSTRUCTION = np.dtype([("op", "i4"), ("flags", "u4"), ("weight", "f4", 3), ("pa
 
 def instruction(operation: str, **params) -> np.ndarray:
     """One Instruction record of weight 1."""
-    op, weight, values = make_instruction(operation, (1, 1, 1), **params)
-    return np.array([(op, 0, weight, values)], INSTRUCTION)
+    op, weight, values = make_instruction(operation, (1, 1, 1), **params)[:3]
+    return np.array([(op, 0, weight, values + [0.0] * (PARAMS - len(values)))], INSTRUCTION)
 
 
 def source_digest() -> str:

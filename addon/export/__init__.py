@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from isophote.material_program import join_materials
 from isophote.scene import Scene, make_scene
 
+from .attributes import join_attributes
 from .camera import export_camera, resolution_of
 from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
@@ -53,7 +55,10 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     gatherer.gather()
     arrays |= {"origin": origin, "world_radiance": world_radiance(scene, notes)}
     arrays |= meshes.join() | join_lights(gatherer.lamps)
-    arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_programs(gatherer.programs)
+    arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
+    arrays |= gatherer.lookups.arrays()
+    if gatherer.lookups.attributes:
+        arrays |= join_attributes(list(gatherer.lookups.attributes), meshes.attributes)
     names = {
         "meshes": list(meshes.names),
         "instances": [instance[4] for instance in gatherer.instances],
@@ -89,15 +94,3 @@ def join_spheres(spheres: list[tuple]) -> dict[str, np.ndarray]:
         "sphere_material": np.array(materials, np.uint32),
         "sphere_visibility": np.array(visibility, np.uint32),
     }
-
-
-def join_programs(programs: list[list[tuple]]) -> dict[str, np.ndarray]:
-    """Instructions of all materials, one after the other; a material without any is black."""
-    arrays = {"material_first": np.cumsum([0] + [len(p) for p in programs]).astype(np.uint32)}
-    instructions = [i for program in programs for i in program]
-    if instructions:
-        operations, weights, params = zip(*instructions, strict=False)
-        arrays["instruction_op"] = np.array(operations, np.int32)
-        arrays["instruction_weight"] = np.array(weights, np.float32)
-        arrays["instruction_params"] = np.array(params, np.float32)
-    return arrays

@@ -13,7 +13,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .mesh import MeshArrays, export_mesh, join_meshes
+from .mesh import MeshArrays, export_attributes, export_mesh, join_meshes
 
 WITHOUT_MESHES = {"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER"}
 
@@ -25,20 +25,23 @@ class OthersMet(Exception):
 class Meshes:
     """Each mesh is read when it is first met; with `before`, they are those of that export, else OthersMet is raised.
 
-    `names` and `needed` (the slots that a mesh uses) go by the mesh's number.
+    `names`, `needed` (the slots that a mesh uses) and `attributes` (those that were asked for, by key) go by the mesh's
+    number.
     """
 
     def __init__(self, before: Meshes | None = None):
         self._expected = iter(before._number_of.items()) if before else None
         self.names: list[str] = before.names if before else []
         self.needed: list[int] = before.needed if before else []
+        self.attributes: list[dict] = before.attributes if before else []
         self.lasting = True  # whether `updates` tells of all that they depend on
         self._number_of: dict[tuple, int | None] = {}  # by the evaluated data, in the order in which they are met
         self._read: list[MeshArrays] = []
         self._arrays = before._arrays if before else None
 
-    def number_of(self, ob) -> int | None:
-        """Of the mesh of an evaluated object, None where it has no faces."""
+    def number_of(self, ob, attributes=()) -> int | None:
+        """Of the mesh of an evaluated object, None where it has no faces. `attributes`: keys of those that it must have
+        (Lookups.attributes)."""
         data = ob.data
         if data is None:
             return None
@@ -46,7 +49,12 @@ class Meshes:
         key = data.as_pointer(), ob.original.as_pointer() if ob.type == "META" else None
         if key not in self._number_of:
             self._number_of[key] = self.read(ob) if self._expected is None else self.taken_over(key)
-        return self._number_of[key]
+        number = self._number_of[key]
+        if number is not None:
+            missing = [each for each in attributes if each not in self.attributes[number]]
+            if missing:
+                self.attributes[number] |= export_attributes(ob, missing)
+        return number
 
     def read(self, ob) -> int | None:
         self.lasting &= ob.type == "MESH" and not ob.data.is_editmode
@@ -55,6 +63,7 @@ class Meshes:
             return None
         self.names.append(arrays.name)
         self.needed.append(1 if arrays.slots is None else int(arrays.slots.max()) + 1)
+        self.attributes.append({})
         self._read.append(arrays)
         return len(self.names) - 1
 

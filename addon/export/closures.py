@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from isophote.materials import make_instruction
+from isophote.materials import Instruction, make_instruction
+from isophote.values import clamp, maximum, varies
 
 from .nodes import find_input, source_of
+from .values import not_negative, saturate
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
 ROUGH_FROM = 1e-5  # of diffuse reflection
@@ -34,10 +36,10 @@ class Closure:
     layers: tuple[Layer, ...] = ()
 
 
-def arrange(closures: list[Closure]) -> list[tuple]:
+def arrange(closures: list[Closure]) -> list[Instruction]:
     """Instructions in order: closures under nothing first, then stack by stack, layers before what lies under them."""
-    kept = [replace(c, weight=np.maximum(c.weight, 0.0)) for c in closures]
-    kept = [c for c in kept if c.weight.mean() >= CUTOFF]
+    kept = [replace(c, weight=not_negative(c.weight)) for c in closures]
+    kept = [c for c in kept if varies(c.weight) or c.weight.mean() >= CUTOFF]
     program, above = [], ()
     for closure in sorted(kept, key=lambda c: len(c.layers) > 0):
         if closure.layers[:len(above)] != above:
@@ -49,22 +51,22 @@ def arrange(closures: list[Closure]) -> list[tuple]:
     return program
 
 
-def diffuse_closure(weight, color, rough: float, layers: tuple[Layer, ...] = ()) -> Closure:
+def diffuse_closure(weight, color, rough, layers: tuple[Layer, ...] = ()) -> Closure:
     """Diffuse reflection, rough where Cycles takes it for rough."""
-    if rough < ROUGH_FROM:
+    if not varies(rough) and rough < ROUGH_FROM:
         return Closure("diffuse", weight * color, layers=layers)
-    params = {"roughness": min(rough, 1.0)} | rgb("albedo", np.clip(color, 0.0, 1.0))
+    params = {"roughness": clamp(rough)} | rgb("albedo", saturate(color))
     return Closure("rough_diffuse", weight * color, params, layers)
 
 
 MULTISCATTER = {"GGX": 0.0, "SHARP": 0.0, "MULTI_GGX": 1.0}
 
 
-def roughness(values, node, stack) -> float:
+def roughness(values, node, stack):
     """Blender's roughness (its square is GGX' alpha), 0 for the distribution SHARP of versions before 4.0."""
     if getattr(node, "distribution", "") == "SHARP":
         return 0.0
-    return min(max(values.number(node, stack, "Roughness"), 0.0), 1.0)
+    return clamp(values.number(node, stack, "Roughness"))
 
 
 def multiscatter(values, node) -> float:
@@ -74,12 +76,12 @@ def multiscatter(values, node) -> float:
     return MULTISCATTER.get(kind, 0.0)
 
 
-def ior(values, node, stack) -> float:
-    return max(values.number(node, stack, "IOR"), 1e-5)
+def ior(values, node, stack):
+    return maximum(values.number(node, stack, "IOR"), 1e-5)
 
 
-def rgb(name: str, color) -> dict[str, float]:
-    return {f"{name}_{c}": float(v) for c, v in zip("rgb", color, strict=False)}
+def rgb(name: str, color) -> dict:
+    return {f"{name}_{c}": v for c, v in zip("rgb", color, strict=False)}
 
 
 def note_normal(values, node, *names: str) -> None:
@@ -93,5 +95,8 @@ def note_normal(values, node, *names: str) -> None:
 
 def note_unless(values, node, stack, name, neutral, what) -> None:
     """Note `what` where an optional input exists and is not at the value at which it does nothing."""
-    if find_input(node, name) is not None and abs(values.number(node, stack, name) - neutral) > 1e-6:
+    if find_input(node, name) is None:
+        return
+    given = values.number(node, stack, name)
+    if varies(given) or abs(given - neutral) > 1e-6:
         values.note(f"{node.name}, {name}: {what}")

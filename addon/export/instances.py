@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from isophote.material_program import MaterialProgram
+
 from .changes import Meshes
 from .light import Lamp, export_light
+from .lookups import Lookups
 from .material import material_program
 
 RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
@@ -35,8 +38,9 @@ class Gatherer:
         self.depsgraph, self.origin, self.notes, self.meshes = depsgraph, origin, notes, meshes
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
+        self.lookups = Lookups()
         self.lamps: list[Lamp] = []
-        self.programs: list[list[tuple]] = []
+        self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
         self.slots: list[int] = []
         self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name)
@@ -85,7 +89,7 @@ class Gatherer:
         if is_sphere(ob):
             self.add_sphere(self.matrices[number], ob, visibility)
             return
-        mesh = self.meshes.number_of(ob)
+        mesh = self.meshes.number_of(ob, self.attributes_of(ob))
         if mesh is None:
             return
         self._looks[key] = mesh, self.slots_of(ob, self.meshes.needed[mesh]), visibility, ob.name
@@ -121,9 +125,18 @@ class Gatherer:
         key = None if material is None else material.original.as_pointer()
         if key not in self._material_of:
             self._material_of[key] = len(self.programs)
-            self.programs.append(material_program(material, self.notes))
+            self.programs.append(material_program(material, self.notes, self.lookups))
             self.material_names.append("default" if material is None else material.name)
         return self._material_of[key]
+
+    def attributes_of(self, ob) -> list[tuple]:
+        """Keys of the attributes that an object's materials read."""
+        if not self.lookups.attributes:
+            self.slot_list(ob)  # which exports the materials
+        if not self.lookups.attributes:
+            return []
+        wanted = {number for material in self.slot_list(ob) for number in self.programs[material].attributes}
+        return [key for key, number in self.lookups.attributes.items() if number in wanted]
 
     def visibility(self, instance, ob) -> int:
         """RAY_ bits: the object's, and for an instance its instancer's too."""

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import compat
-from .nodes import Values, find_input, source_of
+from .nodes import find_input, source_of
+from .values import Values
 
 POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
 NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
@@ -111,7 +112,7 @@ def node_factor(light, values: Values) -> np.ndarray:
     if source.node.bl_idname != "ShaderNodeEmission":
         values.note(f"{source.node.name} ({source.node.bl_idname}): not supported in a lamp, taken as 1")
         return np.ones(3)
-    color = values.color(source.node, source.stack, "Color")
+    color = values.color(source.node, source.stack, "Color").astype(np.float64)
     return color * values.number(source.node, source.stack, "Strength")
 
 

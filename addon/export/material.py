@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from isophote.material_program import MaterialProgram, make_material
+from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
+
 from .. import compat
 from .closures import (
     Closure,
@@ -21,21 +24,30 @@ from .closures import (
     rgb,
     roughness,
 )
-from .nodes import Values, find_input, source_of
+from .lookups import Lookups
+from .nodes import find_input, source_of
 from .principled import principled
+from .values import Values, as_triple, not_negative, saturate
 
 DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
 
 
-def material_program(material, notes) -> list[tuple]:
-    """The instructions (isophote.materials.make_instruction) of a bpy Material, or of None."""
+TOO_LARGE = (1.0, 0.0, 1.0)  # radiance of a material that could not be compiled
+
+
+def material_program(material, notes, lookups: Lookups) -> MaterialProgram:
+    """The program of a bpy Material, or of None."""
     if material is None:
-        return arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))])
-    values = Values("material", material.name, notes)
+        return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))]))
+    values = Values("material", material.name, notes, lookups)
     if not compat.uses_nodes(material):
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
-        return arrange([Closure("diffuse", np.array(material.diffuse_color[:3], dtype=np.float64))])
-    return arrange(surface_closures(material.node_tree, values))
+        return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))]))
+    try:
+        return make_material(arrange(surface_closures(material.node_tree, values)))
+    except ProgramTooLarge as error:
+        values.note(f"its node graph is too large ({error}): rendered magenta")
+        return make_material(arrange([Closure("emission", np.array(TOO_LARGE))]))
 
 
 def surface_closures(tree, values: Values) -> list[Closure]:
@@ -53,10 +65,10 @@ def surface_closures(tree, values: Values) -> list[Closure]:
     return closures_of(values, surface, (), 1.0)
 
 
-def closures_of(values: Values, socket, stack, weight: float) -> list[Closure]:
+def closures_of(values: Values, socket, stack, weight: Number) -> list[Closure]:
     """The closures that feed a shader input, times a weight."""
     source = source_of(socket, stack)
-    if source.node is None or weight <= 0.0:
+    if source.node is None or is_number(weight, 0.0):
         return []
     shader = SHADERS.get(source.node.bl_idname)
     if shader is None:
@@ -70,7 +82,7 @@ def closures_of(values: Values, socket, stack, weight: float) -> list[Closure]:
 
 
 def mix_shader(values, node, stack, weight):
-    factor = min(max(values.number(node, stack, "Fac"), 0.0), 1.0)
+    factor = clamp(values.number(node, stack, "Fac"))
     first = closures_of(values, node.inputs[1], stack, weight * (1.0 - factor))
     return first + closures_of(values, node.inputs[2], stack, weight * factor)
 
@@ -121,8 +133,8 @@ def glossy(values, node, stack, weight):
 
 def tinted(operation, weight, color, params) -> Closure:
     """A closure whose colour counts at every bounce between microfacets; none where the colour is black."""
-    color = np.maximum(color, 0.0)
-    return Closure(operation, np.full(3, weight if color.any() else 0.0), params | rgb("tint", color))
+    color = not_negative(color)
+    return Closure(operation, as_triple(weight if varies(color) or color.any() else 0.0), params | rgb("tint", color))
 
 
 def refraction(values, node, stack, weight):
@@ -148,11 +160,11 @@ def metallic(values, node, stack, weight):
     params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
     if node.fresnel_type == "F82":
         f0, f82 = values.color(node, stack, "Base Color"), values.color(node, stack, "Edge Tint")
-        params |= rgb("f0", np.clip(f0, 0.0, 1.0)) | rgb("f82", np.clip(f82, 0.0, 1.0))
-        return [Closure("metal", np.full(3, weight), params)]
+        params |= rgb("f0", saturate(f0)) | rgb("f82", saturate(f82))
+        return [Closure("metal", as_triple(weight), params)]
     n, k = values.color(node, stack, "IOR"), values.color(node, stack, "Extinction")
-    params |= rgb("n", np.maximum(n, 0.0)) | rgb("k", np.maximum(k, 0.0))
-    return [Closure("conductor", np.full(3, weight), params)]
+    params |= rgb("n", not_negative(n)) | rgb("k", not_negative(k))
+    return [Closure("conductor", as_triple(weight), params)]
 
 
 def transparent(values, node, stack, weight):
@@ -161,7 +173,7 @@ def transparent(values, node, stack, weight):
 
 def emission(values, node, stack, weight):
     color = values.color(node, stack, "Color") * values.number(node, stack, "Strength")
-    if np.any(color < 0.0):
+    if not varies(color) and np.any(color < 0.0):
         values.note(f"{node.name}: negative emission is left out")
     return [Closure("emission", weight * color)]
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import compat
+from .attributes import Attribute, read_attribute
 
 
 @dataclass
@@ -36,6 +37,19 @@ def export_mesh(ob) -> MeshArrays | None:
         return None
     try:
         return read_mesh(mesh, ob.data.name if ob.data else ob.name)
+    finally:
+        if is_copy:
+            ob.to_mesh_clear()
+
+
+def export_attributes(ob, keys) -> dict[tuple, Attribute | None]:
+    """The attributes of an evaluated object's mesh by key, None for those that it does not have."""
+    mesh, is_copy = evaluated_mesh(ob)
+    try:
+        mesh.calc_loop_triangles()
+        corners = compat.triangle_corners(mesh, len(mesh.loop_triangles)).reshape(-1, 3)
+        split = compat.corner_normals(mesh, compat.corner_vertices(mesh), corners) is not None
+        return {key: read_attribute(mesh, *key, split) for key in keys}
     finally:
         if is_copy:
             ob.to_mesh_clear()

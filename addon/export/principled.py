@@ -12,8 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from isophote.values import call1, clamp, is_number, maximum, minimum, mix, square_root, varies
+
 from .closures import CUTOFF, Closure, Layer, diffuse_closure, multiscatter, note_normal, note_unless, rgb, roughness
-from .nodes import find_input, live_link
+from .nodes import find_input
+from .values import as_triple, each, grey, not_negative
 
 # Inputs that are not supported, by their names in both versions, and the value at which they do nothing.
 LEFT_OUT = {
@@ -34,50 +37,58 @@ def principled(values, node, stack, weight) -> list[Closure]:
         note_unless(values, node, stack, name, 0.0, what)
 
     def unit(*names):
-        return min(max(values.number(node, stack, *names), 0.0), 1.0)
+        return clamp(values.number(node, stack, *names))
 
-    base = np.maximum(values.color(node, stack, "Base Color"), 0.0)
+    base = not_negative(values.color(node, stack, "Base Color"))
     tint = specular_tint(values, node, stack, base)
-    ior = max(values.number(node, stack, "IOR"), 1e-5)
-    level = max(values.number(node, stack, "Specular IOR Level", "Specular"), 0.0)
+    ior = maximum(values.number(node, stack, "IOR"), 1e-5)
+    level = maximum(values.number(node, stack, "Specular IOR Level", "Specular"), 0.0)
     alpha, metallic = unit("Alpha"), unit("Metallic")
     transmission = unit("Transmission Weight", "Transmission")
     rough = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
 
-    closures = [Closure("transparent", np.full(3, weight * (1.0 - alpha)))]
-    weight *= alpha
+    closures = [Closure("transparent", as_triple(weight * (1.0 - alpha)))]
+    weight = weight * alpha
     above = ()
     for closure, layers in (sheen(values, node, stack), coat(values, node, stack)):
         if closure is not None:
             closures.append(replace(closure, weight=weight * closure.weight, layers=above))
             above += layers
     emitted = values.color(node, stack, "Emission Color", "Emission") * values.number(node, stack, "Emission Strength")
-    if above and emitted.any():
+    if above and (varies(emitted) or emitted.any()):
         values.note(f"{node.name}: sheen and coat do not weaken its emission")
     closures.append(Closure("emission", weight * emitted))
-    if metallic > CUTOFF:
-        params = rough | rgb("f0", np.minimum(base, 1.0)) | rgb("f82", np.minimum(tint, 1.0))
-        closures.append(Closure("metal", np.full(3, weight * metallic), params, above))
-        weight *= 1.0 - metallic
+    if matters(metallic):
+        params = rough | rgb("f0", at_most_1(base)) | rgb("f82", at_most_1(tint))
+        closures.append(Closure("metal", as_triple(weight * metallic), params, above))
+        weight = weight * (1.0 - metallic)
     film = thin_film(values, node, stack)
-    if transmission > CUTOFF:
+    if matters(transmission):
         # Light passes the surface twice, going in and coming out: each time the colour's square root.
-        params = rough | {"ior": ior} | rgb("tint", tint) | rgb("transmission", np.sqrt(np.minimum(base, 1.0)))
-        closures.append(Closure("film_glass" if film else "principled_glass", np.full(3, weight * transmission),
+        params = rough | {"ior": ior} | rgb("tint", tint) | rgb("transmission", each(square_root, at_most_1(base)))
+        closures.append(Closure("film_glass" if film else "principled_glass", as_triple(weight * transmission),
                                 params | film, above))
-        weight *= 1.0 - transmission
+        weight = weight * (1.0 - transmission)
     eta = adjusted_ior(ior, level)
-    if (eta != 1.0 or film) and weight >= CUTOFF:
+    if (film or not is_number(eta, 1.0)) and matters(weight):
         operation, params = "specular", rough | {"ior": eta} | rgb("tint", tint)
         if film:
             operation, params = "film_specular", two_roughnesses(params) | film
-        closures.append(Closure(operation, np.full(3, weight), params, above))
+        closures.append(Closure(operation, as_triple(weight), params, above))
         above += (Layer(f"layer_{operation}", np.ones(3), params),)
     closures.append(diffuse_closure(weight, base, optional(values, node, stack, "Diffuse Roughness", 0.0), above))
     return closures
 
 
-def optional(values, node, stack, name: str, default: float) -> float:
+def matters(share) -> bool:
+    return varies(share) or share > CUTOFF
+
+
+def at_most_1(color) -> np.ndarray:
+    return each(lambda x: minimum(x, 1.0), color)
+
+
+def optional(values, node, stack, name: str, default: float):
     """A number that only newer versions of the node have."""
     return values.number(node, stack, name) if find_input(node, name) is not None else default
 
@@ -85,9 +96,9 @@ def optional(values, node, stack, name: str, default: float) -> float:
 def thin_film(values, node, stack) -> dict:
     """Parameters of the film; none where it is too thin to show."""
     thickness = optional(values, node, stack, "Thin Film Thickness", 0.0)
-    if thickness <= THINNEST_FILM:
+    if not varies(thickness) and thickness <= THINNEST_FILM:
         return {}
-    return {"thickness": thickness, "film_ior": max(values.number(node, stack, "Thin Film IOR"), 1e-5)}
+    return {"thickness": thickness, "film_ior": maximum(values.number(node, stack, "Thin Film IOR"), 1e-5)}
 
 
 def two_roughnesses(params: dict) -> dict:
@@ -98,51 +109,52 @@ def two_roughnesses(params: dict) -> dict:
 
 def sheen(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
     """The sheen, of weight 1 for the whole node, and what it leaves for the rest; (None, ()) where there is none."""
-    weight = max(values.number(node, stack, "Sheen Weight", "Sheen"), 0.0)
+    weight = maximum(values.number(node, stack, "Sheen Weight", "Sheen"), 0.0)
     if find_input(node, "Sheen Weight") is not None:
-        color = weight * np.maximum(values.color(node, stack, "Sheen Tint"), 0.0)
-    else:  # of 3.x: a fifth, white
-        color = np.full(3, 0.2 * weight)
-    if not color.any():
+        tint = not_negative(values.color(node, stack, "Sheen Tint"))
+    else:  # of 3.x: white, a fifth
+        tint = grey(0.2)
+    if not matters(weight):
         return None, ()
-    params = {"roughness": optional(values, node, stack, "Sheen Roughness", 0.5)}
-    return Closure("sheen", color, params), (Layer("layer_sheen", color, params),)
+    params = {"roughness": clamp(optional(values, node, stack, "Sheen Roughness", 0.5))}
+    return Closure("sheen", weight * tint, params), (Layer("layer_sheen", weight * tint, params),)
 
 
 def coat(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
     """The coat, likewise. Its reflection is white and keeps its energy; what lies below is seen through its tint."""
-    weight = max(values.number(node, stack, "Coat Weight", "Clearcoat"), 0.0)
-    rough = min(max(values.number(node, stack, "Coat Roughness", "Clearcoat Roughness"), 0.0), 1.0)
+    weight = maximum(values.number(node, stack, "Coat Weight", "Clearcoat"), 0.0)
+    rough = clamp(values.number(node, stack, "Coat Roughness", "Clearcoat Roughness"))
     if find_input(node, "Coat Weight") is not None:
-        ior = max(values.number(node, stack, "Coat IOR"), 1.0)
-        tint = np.maximum(values.color(node, stack, "Coat Tint"), 0.0)
-    else:  # of 3.x: a quarter, or where it is no constant of an index that reflects about a quarter
-        linked = live_link(find_input(node, "Clearcoat")) is not None
-        weight, ior, tint = weight if linked else 0.25 * weight, 1.2 if linked else 1.5, np.ones(3)
-    if weight <= CUTOFF:
+        ior = maximum(values.number(node, stack, "Coat IOR"), 1.0)
+        tint = not_negative(values.color(node, stack, "Coat Tint"))
+    else:  # of 3.x: a quarter, or where another node makes it of an index that reflects about a quarter
+        linked = values.is_linked(node, stack, "Clearcoat")
+        weight, ior, tint = weight if linked else 0.25 * weight, 1.2 if linked else 1.5, grey(1.0)
+    if not matters(weight):
         return None, ()
     note_normal(values, node, "Coat Normal", "Clearcoat Normal")
     params = {"roughness": rough, "multiscatter": 1.0, "ior": ior}
-    amount = np.full(3, weight)
-    layers = (Layer("layer_specular", amount, params),)
-    if (tint != 1.0).any():
-        layers += (Layer("layer_absorption", amount, {"ior": ior} | rgb("tint", tint)),)
-    return Closure("specular", amount, params), layers
+    layers = (Layer("layer_specular", grey(weight), params),)
+    if varies(tint) or (tint != 1.0).any():
+        layers += (Layer("layer_absorption", grey(weight), {"ior": ior} | rgb("tint", tint)),)
+    return Closure("specular", grey(weight), params), layers
 
 
 def specular_tint(values, node, stack, base) -> np.ndarray:
     """RGB; a number in files of 3.x, from white (0) to the base colour (1)."""
     if find_input(node, "Specular IOR Level") is not None:
-        return np.maximum(values.color(node, stack, "Specular Tint"), 0.0)
-    amount = min(max(values.number(node, stack, "Specular Tint"), 0.0), 1.0)
-    return 1.0 - amount + amount * base
+        return not_negative(values.color(node, stack, "Specular Tint"))
+    amount = clamp(values.number(node, stack, "Specular Tint"))
+    return each(lambda x: mix(1.0, x, amount), base)
 
 
-def adjusted_ior(ior: float, level: float) -> float:
+def adjusted_ior(ior, level):
     """IOR of the specular layer: its reflectance at normal incidence is 2 x level that of `ior`."""
-    if level == 0.5:
+    if is_number(level, 0.5):
         return ior
-    f0 = 2.0 * level * ((ior - 1.0) / (ior + 1.0)) ** 2
-    root = min(max(f0, 0.0), 0.99) ** 0.5
+    root = (ior - 1.0) / (ior + 1.0)
+    root = square_root(clamp(2.0 * level * root * root, 0.0, 0.99))
     eta = (1.0 + root) / (1.0 - root)
+    if varies(ior):
+        return call1("select", call1("less_than", ior, 1.0), 1.0 / eta, eta)
     return 1.0 / eta if ior < 1.0 else eta

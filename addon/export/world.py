@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from .. import compat
-from .nodes import Values, find_input, live_link, source_of
+from .nodes import find_input, live_link, source_of
+from .values import Values
 
 PIXELS_MAX = 1 << 25  # of an environment picture that is averaged
 
@@ -55,7 +56,7 @@ def background_color(values: Values, node, stack) -> np.ndarray:
         if average is not None:
             values.note(f"{source.node.name} ({source.node.bl_idname}): not supported, the picture's average is used")
             return average
-    return values.color(node, stack, "Color")
+    return values.color(node, stack, "Color").astype(np.float64)
 
 
 def picture_average(image) -> np.ndarray | None:

@@ -30,6 +30,16 @@ FN Closure make_closure(Instruction i) {
   return c;
 }
 
+/* Of one that varies: what registers hold. */
+FN Closure bind_closure(Instruction i, const real *r) {
+  Closure c;
+  c.op = i.op;
+  c.weight = make_real3(r[uint_of(i.weight.x) * REGISTER_STRIDE], r[uint_of(i.weight.y) * REGISTER_STRIDE],
+                        r[uint_of(i.weight.z) * REGISTER_STRIDE]);
+  for (int k = 0; k < INSTRUCTION_PARAMS; k++) c.params[k] = r[uint_of(i.params[k]) * REGISTER_STRIDE];
+  return c;
+}
+
 typedef struct {
   real3 f;  /* BSDF times |cos(wi)| and the closure's tint, without Closure.weight */
   real pdf; /* with which sample_NAME draws wi, per solid angle */

@@ -61,7 +61,8 @@ __kernel void connect_slots(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS,
     uint i = light_queue[k];
     if (i == NONE) continue;
     Connection c = load_connection(light_reals, light_uints, stride, i);
-    Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES);
+    real registers[REGISTERS];
+    Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES, registers);
     add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], behind_shadow(c.brought, d));
   }
 }

@@ -125,6 +125,20 @@ def test_mix_and_add_fold_into_weights():
     check(exported(build)[0], ("diffuse", 0.3, {}), ("emission", 1.5, {}), ("transparent", 0.25, {}))
 
 
+def test_mixed_by_a_value():
+    """Where the factor differs from point to point weights are values, and no closure is dropped."""
+    def build(tree, output):
+        mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"])
+        geometry = tree.nodes.new("ShaderNodeNewGeometry")
+        tree.links.new(geometry.outputs["Backfacing"], mix.inputs[0])
+        node(tree, "ShaderNodeBsdfTranslucent", mix.inputs[1])
+        node(tree, "ShaderNodeBsdfPrincipled", mix.inputs[2], **({"Clearcoat": 1.0} if V1 else {"Coat_Weight": 1.0}))
+    steps, notes, _ = exported(build)
+    assert [s[0] for s in steps] == ["translucent", "specular", "layer_specular", "specular", "layer_specular",
+                                     "diffuse"]
+    assert not notes
+
+
 def test_closures_without_weight_are_dropped():
     def build(tree, output):
         mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"], Fac=1.0)

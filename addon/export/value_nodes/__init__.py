@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nodes that make values: bl_idname -> function of (values, node, output socket, stack).
+
+Each returns the output's value, a number or an array of three objects (values.py), or None where it cannot. What it
+cannot express in part it says by values.note.
+"""
+
+from __future__ import annotations
+
+from . import converters, inputs
+
+NODES = {**inputs.NODES, **converters.NODES}

@@ -1,0 +1,106 @@
+"""A material's instructions and the steps that compute their values, as the scene's arrays hold them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isophote.materials import OPERATIONS, PARAMS, Instruction
+from isophote.records import numbers
+from isophote.values import Number, Program, Value, add, call1, compile_program, operations, varies
+
+
+@dataclass
+class MaterialProgram:
+    """Rows (op, flags, weight, parameters) of instructions, rows of steps as values.Program has them."""
+
+    instructions: list[tuple]
+    steps: list[tuple]
+    shadow_steps: int
+
+    @property
+    def attributes(self) -> set[int]:
+        """Numbers of the attributes that its steps read."""
+        return {data for op, _, _, _, data, _ in self.steps if op == operations()["attribute"].number}
+
+
+def make_material(instructions: list[Instruction]) -> MaterialProgram:
+    """Registers for all that varies. Raises values.ProgramTooLarge where there are too few."""
+    instructions = summed(summed(instructions, "emission"), "transparent")
+    placed = [with_frame(each) for each in instructions]
+    transparent = OPERATIONS["transparent"][0]
+    shadow = [w for each in placed if each.op == transparent and varies(each.weight) for w in each.weight]
+    others = [number for each in placed if instruction_varies(each)
+              for number in (*each.weight, *each.params, *(each.normal or ()), *(each.tangent or ()))]
+    program = compile_program(shadow, others)
+    return MaterialProgram([row_of(each, program) for each in placed], program.steps, program.shadow_steps)
+
+
+def instruction_varies(each: Instruction) -> bool:
+    return each.normal is not None or varies(each.weight, each.params)
+
+
+def summed(instructions: list[Instruction], operation: str) -> list[Instruction]:
+    """Where one of the instructions of an operation without parameters varies, one stands for all: the last."""
+    number = OPERATIONS[operation][0]
+    own = [each for each in instructions if each.op == number]
+    if len(own) < 2 or not varies(*(each.weight for each in own)):
+        return instructions
+    weight = own[0].weight
+    for each in own[1:]:
+        weight = tuple(add(a, b) for a, b in zip(weight, each.weight, strict=True))
+    return [each._replace(weight=weight) if each is own[-1] else each for each in instructions
+            if each.op != number or each is own[-1]]
+
+
+def with_frame(each: Instruction) -> Instruction:
+    """Normal and tangent in registers that follow each other; who has a tangent has a normal."""
+    if each.normal is None and each.tangent is None:
+        return each
+    normal = each.normal or tuple(Value(call1("shading_normal").call, k) for k in range(3))
+    return each._replace(normal=in_a_row(normal), tangent=each.tangent and in_a_row(each.tangent))
+
+
+def in_a_row(three: tuple[Number, ...]) -> tuple[Value, ...]:
+    first = three[0]
+    if all(isinstance(each, Value) and each.call is first.call and each.output == first.output + k
+           for k, each in enumerate(three)):
+        return three
+    return tuple(Value(call1("vector", *three).call, k) for k in range(3))
+
+
+def row_of(each: Instruction, program: Program) -> tuple:
+    if not instruction_varies(each):
+        return each.op, 0, each.weight, each.params
+    n, where = numbers(), program.register_of
+    flags = n["INSTRUCTION_VARIES"]
+    if each.normal:
+        flags |= n["INSTRUCTION_BUMPS"] | where(each.normal[0]) << 8
+    if each.tangent:
+        flags |= where(each.tangent[0]) << 16
+    return each.op, flags, tuple(map(where, each.weight)), list(map(where, each.params))
+
+
+def join_materials(programs: list[MaterialProgram]) -> dict[str, np.ndarray]:
+    """The scene's arrays of all materials, one after the other; one without instructions is black."""
+    arrays = {"material_first": starts([len(p.instructions) for p in programs]),
+              "material_steps": starts([len(p.steps) for p in programs]),
+              "material_shadow_steps": np.array([p.shadow_steps for p in programs], np.uint32)}
+    instructions = [row for p in programs for row in p.instructions]
+    if instructions:
+        operations, flags, weights, params = zip(*instructions, strict=True)
+        arrays |= {"instruction_op": np.array(operations, np.int32), "instruction_flags": np.array(flags, np.uint32),
+                   "instruction_weight": np.array(weights, np.float32),
+                   "instruction_params": np.array([each + [0.0] * (PARAMS - len(each)) for each in params], np.float32)}
+    steps = [row for p in programs for row in p.steps]
+    if steps:
+        op, to, read, repeat, data, number = zip(*steps, strict=True)
+        arrays |= {"step_op": np.array(op, np.int32), "step_to": np.array(to, np.uint32),
+                   "step_from": np.array(read, np.uint32), "step_repeat": np.array(repeat, np.uint32),
+                   "step_data": np.array(data, np.uint32), "step_number": np.array(number, np.float32)}
+    return arrays
+
+
+def starts(lengths: list[int]) -> np.ndarray:
+    return np.cumsum([0, *lengths]).astype(np.uint32)

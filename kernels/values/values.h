@@ -1,0 +1,43 @@
+/* THE list of operations on values, by family; isophote/values.py reads it from these headers.
+ *
+ * A number is 32 times its family's and the place in it, so that programs can be compiled with the families and
+ * operations that a scene uses: bit k of VALUES_USED_n stands for number 32 n + k. */
+#ifndef ISOPHOTE_VALUES_VALUES_H
+#define ISOPHOTE_VALUES_VALUES_H
+#include "value.h"
+
+#ifndef VALUES_USED_0
+#define VALUES_USED_0 0xffffffffu
+#define VALUES_USED_1 0xffffffffu
+#define VALUES_USED_2 0xffffffffu
+#define VALUES_USED_3 0xffffffffu
+#define VALUES_USED_4 0xffffffffu
+#define VALUES_USED_5 0xffffffffu
+#define VALUES_USED_6 0xffffffffu
+#define VALUES_USED_7 0xffffffffu
+#endif
+
+/* Headers that several families include stand above: opencl.py puts each into the program once, where it comes first. */
+#if VALUES_USED_0
+#include "source.h"
+#else
+#define VALUES_SOURCE(X)
+#endif
+#if VALUES_USED_1
+#include "math.h"
+#else
+#define VALUES_MATH(X)
+#endif
+
+/* X(number, name, inputs, outputs): value_NAME exists. */
+#define VALUES(X) \
+  VALUES_SOURCE(X) \
+  VALUES_MATH(X)
+
+#define VALUES_USED(family) \
+  ((family) == 0 ? VALUES_USED_0 : (family) == 1 ? VALUES_USED_1 : (family) == 2 ? VALUES_USED_2 : \
+   (family) == 3 ? VALUES_USED_3 : (family) == 4 ? VALUES_USED_4 : (family) == 5 ? VALUES_USED_5 : \
+   (family) == 6 ? VALUES_USED_6 : VALUES_USED_7)
+#define IS_VALUE_USED(number) ((VALUES_USED((number) / 32) >> ((number) % 32)) & 1u)
+
+#endif

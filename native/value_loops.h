@@ -1,0 +1,40 @@
+/* The values of a group of paths of one material, one step at a time over all of them. Included once a variant. */
+#pragma once
+#include "shadow_rays.h"
+
+namespace isophote {
+namespace ISOPHOTE_VARIANT {
+
+/* Room for the registers that the scene's materials use. */
+static void make_registers(Batch &b, Scene s) {
+  b.registers.resize(size_t(s.world[0].registers) * CAPACITY);
+  b.shadow_registers.resize(b.registers.size());
+}
+
+/* The registers of a path. */
+static const real *registers_at(const Batch &b, uint i) { return b.registers.data() + i; }
+
+#define VALUE_LOOPS(number, name, inputs, outputs)                                            \
+  static void compute_##name(Batch &__restrict b, real *__restrict registers, Scene s, Group g, ValueStep o, uint k) { \
+    Columns columns = b.columns();                                                            \
+    FOR_PATHS(i, g.first, g.end) value_##name(s, o, load_point(b, columns, i), registers + i, k); \
+  }
+VALUES(VALUE_LOOPS)
+#undef VALUE_LOOPS
+
+static void run_values(Batch &__restrict b, Scene s, Material m, Group g) {
+  for (uint n = 0; n < m.steps; n++) {
+    ValueStep o = s.steps[m.first_step + n];
+    for (uint k = 0; k < o.repeat; k++) {
+      switch (o.op) {
+#define X(number, name, inputs, outputs) \
+  case number: compute_##name(b, b.registers.data(), s, g, o, k); break;
+        VALUES(X)
+#undef X
+      }
+    }
+  }
+}
+
+}  // namespace ISOPHOTE_VARIANT
+}  // namespace isophote
