@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isophote.materials import OPERATIONS, Instruction
+from isophote.materials import OPERATIONS, PARAMS, Instruction
 from isophote.records import numbers
-from isophote.values import Number, Program, Value, add, call1, compile_program, operations, varies
+from isophote.values import Number, Program, ProgramTooLarge, Value, add, call1, compile_program, operations, varies
 
 
 @dataclass
@@ -26,8 +26,11 @@ class MaterialProgram:
 
 
 def make_material(instructions: list[Instruction]) -> MaterialProgram:
-    """Registers for all that varies. Raises values.ProgramTooLarge where there are too few."""
+    """Registers for all that varies. Raises values.ProgramTooLarge where there are too few, or too many instructions."""
     instructions = summed(summed(instructions, "emission"), "transparent")
+    count = sum(each.op != OPERATIONS["emission"][0] for each in instructions)
+    if count > numbers()["MOST_INSTRUCTIONS"]:
+        raise ProgramTooLarge(f"it has {count} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible")
     placed = [with_frame(each) for each in instructions]
     transparent = OPERATIONS["transparent"][0]
     shadow = [w for each in placed if each.op == transparent and varies(each.weight) for w in each.weight]
@@ -92,7 +95,7 @@ def join_materials(programs: list[MaterialProgram]) -> dict[str, np.ndarray]:
         operations, flags, weights, params = zip(*instructions, strict=True)
         arrays |= {"instruction_op": np.array(operations, np.int32), "instruction_flags": np.array(flags, np.uint32),
                    "instruction_weight": np.array(weights, np.float32),
-                   "instruction_params": np.array(params, np.float32)}
+                   "instruction_params": np.array([each + [0.0] * (PARAMS - len(each)) for each in params], np.float32)}
     steps = [row for p in programs for row in p.steps]
     if steps:
         op, to, read, repeat, data, number = zip(*steps, strict=True)
