@@ -3,7 +3,8 @@
 One table, FIELDS, names each array with its type, shape and meaning; saving, loading, hashing and
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
-Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances with info (I or 0), G images, X bytes.
+Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances with info (I or 0), G images, X bytes,
+W 0 or 1.
 """
 
 from __future__ import annotations
@@ -81,6 +82,8 @@ FIELDS: dict[str, Field] = {
     "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK (kernels/scene_records.h)"),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
+    "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),
+    "world_hidden": Field("u4", (), "mask of RAY_ bits that do not see the world"),
 }
 
 

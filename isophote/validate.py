@@ -197,6 +197,7 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("instances", "instance_mesh", len(a["mesh_normals"]), "mesh")
     inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
+    inside("worlds", "world_material", len(a["material_first"]) - 1, "material")
     if problems:
         return problems
     counts = np.diff(a["mesh_triangles"].astype(np.int64))
@@ -386,9 +387,11 @@ def light_problems(scene: Scene, bad: Bad) -> list[Problem]:
 
 def world_problems(scene: Scene) -> list[Problem]:
     problems = []
+    if len(scene.world_material) > 1:
+        problems.append(Problem("error", "world", f"{len(scene.world_material)} materials where there is room for one"))
     if not np.isfinite(scene.world_radiance).all():
         problems.append(Problem("error", "world", "its radiance is not finite"))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
-        dark = "" if scene.world_radiance.any() else ", and the world is black"
+        dark = "" if scene.world_radiance.any() or len(scene.world_material) else ", and the world is black"
         problems.append(Problem("warning", "scene", f"it is empty: only the world is rendered{dark}"))
     return problems

@@ -27,6 +27,9 @@
 #define FEATURE_SLOTS 512u     /* some triangle has another material slot than 0 */
 #define FEATURE_VALUES 1024u   /* some material computes values for each point */
 #define FEATURE_BUMP 2048u     /* some closure has a normal of its own */
+#define FEATURE_WORLD 4096u    /* the world's radiance is computed for each direction */
+#define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
+#define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -77,7 +80,7 @@ typedef struct {
 } Sphere;
 
 typedef struct {
-  packed3 radiance; /* the same from all directions */
+  packed3 radiance; /* the same from all directions; where FEATURE_WORLD is set it counts for nothing */
   packed3 origin;   /* place of the scene's origin in Blender's world: for the Position pass */
   uint root;        /* reference to the tree, NONE where there is nothing to hit */
   uint light_count; /* lights to sample: lamps, then triangles */
@@ -86,6 +89,9 @@ typedef struct {
   uint attributes;  /* of each mesh, in mesh_attributes */
   uint registers;   /* that the materials' steps use */
   uint features; /* FEATURE_ bits of the scene */
+  uint material; /* whose emission is the world's radiance, where FEATURE_WORLD is set */
+  uint hidden;   /* kinds of rays that do not see the world */
+  uint map_width, map_height; /* cells of world_map */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
@@ -190,15 +196,20 @@ typedef struct {
   uint texel, flags;
 } Image;
 
+/* In a row of world_map: a power of 2, whose steps find one of them. */
+#define MOST_MAP_CELLS 4096u
+
 #define LIGHT_POINT 0    /* sphere of radius size.x; a true point where 0 */
 #define LIGHT_SPOT 1     /* the same, limited to a cone around -z */
 #define LIGHT_SUN 2      /* disk of directions of half angle size.x around -z; one direction where 0 */
 #define LIGHT_RECTANGLE 3 /* size.x by size.y, shines along -z */
 #define LIGHT_ELLIPSE 4
 #define LIGHT_TRIANGLE 5 /* made from emissive triangles when the scene is prepared */
+#define LIGHT_WORLD 6    /* radiance: its mean */
 #define LIGHT_NO_SHADOW 1u
 #define LIGHT_NO_MIS 2u
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
+#define LIGHT_COMPUTED 8u /* radiance is an estimate; what counts is computed where the light is drawn (shine.h) */
 typedef struct {
   int kind;
   uint flags;

@@ -129,6 +129,12 @@ class Gatherer:
             self.material_names.append("default" if material is None else material.name)
         return self._material_of[key]
 
+    def add_program(self, program: MaterialProgram, name: str) -> int:
+        """The number of a material that no object has."""
+        self.programs.append(program)
+        self.material_names.append(name)
+        return len(self.programs) - 1
+
     def attributes_of(self, ob) -> list[tuple]:
         """Keys of the attributes that an object's materials read."""
         if not self.lookups.attributes:

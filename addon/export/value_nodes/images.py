@@ -8,7 +8,7 @@ from isophote.values import Value, call1, mix
 from ..images import MISSING, Unreadable, multiplied, read_picture, sequence_frame
 from ..lookups import IMAGE_DIVIDE_ALPHA
 from ..values import each, triple
-from .inputs import source, uv_of
+from .inputs import place, uv_of
 
 INTERPOLATIONS = {"Closest": 0, "Linear": 1, "Cubic": 2, "Smart": 2}  # IMAGE_ numbers of kernels/scene_records.h
 EXTENSIONS = {"REPEAT": 0, "EXTEND": 1, "MIRROR": 2, "CLIP": 3}
@@ -31,9 +31,9 @@ def environment_texture(values, node, socket, stack):
     if values.lookups is None:
         return None
     linked = values.is_linked(node, stack, "Vector")
-    co = values.vector(node, stack, "Vector") if linked else source("position")
-    place = outputs("sky_place" if node.projection == "EQUIRECTANGULAR" else "mirror_ball_place", 2, *co)
-    return looked_up(values, node, socket, *place)
+    co = values.vector(node, stack, "Vector") if linked else place(values)
+    operation = "sky_place" if node.projection == "EQUIRECTANGULAR" else "mirror_ball_place"
+    return looked_up(values, node, socket, *outputs(operation, 2, *co))
 
 
 def box(values, node, socket, co):
@@ -42,9 +42,9 @@ def box(values, node, socket, co):
     x, y, z = co
     sides = [(mix(1.0 - y, y, x_forward), z), (mix(x, 1.0 - x, y_forward), z), (mix(y, 1.0 - y, z_forward), x)]
     total = 0.0
-    for weight, place in zip(weights, sides, strict=True):
+    for weight, side in zip(weights, sides, strict=True):
         total = each(lambda sum_, part, weight=weight: sum_ + part * weight, total,
-                     looked_up(values, node, socket, *place))
+                     looked_up(values, node, socket, *side))
     return total[0] if socket.name == "Alpha" else total
 
 

@@ -23,8 +23,13 @@ def geometry(values, node, socket, stack):
     operation = {"Position": "position", "Normal": "shading_normal", "True Normal": "true_normal",
                  "Incoming": "incoming"}.get(socket.name)
     if operation:
-        return source(operation)
+        return place(values) if operation == "position" else source(operation)
     return call1("backfacing") if socket.name == "Backfacing" else None
+
+
+def place(values):
+    """Where the shaded point is in Blender's world; in a world, the direction in which one looks."""
+    return source("object_point" if values.kind == "world" else "position")
 
 
 def uv_of(values, name: str = ""):
@@ -36,6 +41,8 @@ def texture_coordinate(values, node, socket, stack):
         return None
     if socket.name == "UV":
         return uv_of(values)
+    if socket.name == "Generated" and values.kind == "world":
+        return place(values)
     if socket.name == "Generated":
         return source("attribute", data=values.lookups.attribute("generated"))
     if socket.name == "Normal":
