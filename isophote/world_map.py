@@ -14,6 +14,7 @@ from isophote.values import operations
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 COMPUTED = 1024  # columns for a world that is no picture
 FEWEST = 64
+WIDTHS, FINER = (512, 2048), (2, 1, 0)  # how often cells are halved where so many columns, or more, were asked for
 AT_ONCE = 1 << 20  # directions that are asked for together
 EVEN = 1e-3  # worlds whose luminance differs by less, in parts of its mean, are left to closures
 
@@ -32,18 +33,20 @@ def make_world_map(scene: Scene, buffers: dict[str, np.ndarray]) -> WorldMap | N
     """Of a scene's world; None where it has none to compute, or one that is dark or the same in all directions."""
     if not len(scene.world_material):
         return None
-    width = map_width(scene)
-    height = width // 2
-    radiance, solid = cell_radiance(buffers, width, height), row_angles(height)[:, None]
+    width = columns_asked_for(scene)
+    radiance, solid = cell_radiance(buffers, width, width // 2), row_angles(width // 2)[:, None]
     mean = np.einsum("hwc,hk->c", radiance, solid) / (width * solid.sum())
-    bright = radiance @ LUMINANCE
+    bright = radiance @ LUMINANCE.astype(np.float32)
     if bright.max() - bright.min() <= EVEN * (mean @ LUMINANCE):
         return None
-    return WorldMap(cumulate(smoothed(bright) * solid), width, height, mean)
+    for _ in range(FINER[np.searchsorted(WIDTHS, width)]):
+        bright = refined(bright)
+    height, width = bright.shape
+    return WorldMap(cumulate(smoothed(bright) * row_angles(height)[:, None]), width, height, mean)
 
 
-def map_width(scene: Scene) -> int:
-    """Columns: those of the largest picture that the world reads, within limits."""
+def columns_asked_for(scene: Scene) -> int:
+    """Those of the largest picture that the world reads, within limits."""
     material = int(scene.world_material[0])
     steps = slice(*scene.material_steps[material:material + 2])
     reads = scene.step_op[steps] == operations()["image"].number
@@ -69,6 +72,20 @@ def row_angles(height: int) -> np.ndarray:
     """Differences of the cosine over each row, f8 [height]: solid angles but for a factor."""
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     return edges[:-1] - edges[1:]
+
+
+def refined(bright: np.ndarray) -> np.ndarray:
+    """Four cells of each, linearly between their middles: as pictures are interpolated. With cells of the size of texels
+    most of a small sun would lie in cells half of which is dark."""
+    height, width = bright.shape
+    rows = np.pad(bright, ((1, 1), (0, 0)), mode="edge")
+    made = np.empty((2 * height, width), bright.dtype)
+    made[0::2] = 0.75 * bright + 0.25 * rows[:-2]
+    made[1::2] = 0.75 * bright + 0.25 * rows[2:]
+    finer = np.empty((2 * height, 2 * width), bright.dtype)
+    finer[:, 0::2] = 0.75 * made + 0.25 * np.roll(made, 1, axis=1)
+    finer[:, 1::2] = 0.75 * made + 0.25 * np.roll(made, -1, axis=1)
+    return finer
 
 
 def smoothed(bright: np.ndarray) -> np.ndarray:
