@@ -200,6 +200,13 @@ def mix(a: Number, b: Number, t: Number) -> Number:
     return b if is_number(t, 1.0) else add(multiply(a, subtract(1.0, t)), multiply(b, t))
 
 
+def select(which: Number, a: Number, b: Number) -> Number:
+    """a where `which` is not 0, else b."""
+    if not isinstance(which, Value):
+        return a if which else b
+    return call1("select", which, a, b)
+
+
 def is_number(x: Number, number: float) -> bool:
     """Whether x is this constant."""
     return not isinstance(x, Value) and float(x) == number

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.values import Number, Value, clamp, maximum, varies
+from isophote.values import ARITHMETIC, Number, Value, clamp, maximum, varies
 
 from .lookups import Lookups
 from .nodes import find_input, source_of
@@ -87,6 +87,11 @@ def triple(x: Number, y: Number, z: Number) -> np.ndarray:
     made = np.empty(3, object)
     made[:] = [each if isinstance(each, Value) else float(each) for each in (x, y, z)]
     return made
+
+
+def call3(name: str, *inputs: Number, **data) -> np.ndarray:
+    """The three outputs of an operation."""
+    return triple(*ARITHMETIC.call(name, inputs, **data))
 
 
 def grey(x: Number) -> np.ndarray:
