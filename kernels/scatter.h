@@ -5,7 +5,7 @@
 #include "bsdf/bsdf.h"
 #include "values/program.h"
 
-#define MAX_CLOSURES 16 /* instructions of one program; validate.py names materials that have more */
+#define MAX_CLOSURES 32 /* instructions of one program; validate.py names materials that have more */
 
 /* Operations that are closures; the others change the layer weight. */
 FN int is_closure(int op) {

@@ -11,47 +11,52 @@ from isophote.materials import Instruction, make_instruction
 from isophote.values import clamp, maximum, varies
 
 from .nodes import find_input, source_of
-from .values import Values, not_negative
+from .values import not_negative, saturate
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
+ROUGH_FROM = 1e-5  # of diffuse reflection
 
 
-@dataclass
-class Closure:
-    """One closure of a program; `coat` holds the parameters of the layer_specular above it, if any."""
+@dataclass(eq=False)
+class Layer:
+    """What lies over closures and takes some of their light: a layer_* operation."""
 
     operation: str
     weight: np.ndarray
     params: dict = field(default_factory=dict)
-    coat: dict | None = None
 
 
-def arrange(closures: list[Closure], values: Values | None) -> list[Instruction]:
-    """Instructions in order: closures under no coat first, then those under one, after it.
+@dataclass
+class Closure:
+    """One closure of a program, and the layers over it from the outermost on: those of a node share these objects."""
 
-    A program has one layer weight, so one coat: where several coats are mixed, the closures under
-    the lighter ones are weakened by their coat's normal reflectance instead, which is noted.
-    """
+    operation: str
+    weight: np.ndarray
+    params: dict = field(default_factory=dict)
+    layers: tuple[Layer, ...] = ()
+
+
+def arrange(closures: list[Closure]) -> list[Instruction]:
+    """Instructions in order: closures under nothing first, then stack by stack, layers before what lies under them."""
     kept = [replace(c, weight=not_negative(c.weight)) for c in closures]
     kept = [c for c in kept if varies(c.weight) or c.weight.mean() >= CUTOFF]
-    coats = []
-    for closure in kept:
-        if closure.coat is not None and closure.coat not in coats:
-            coats.append(closure.coat)
-    if len(coats) > 1:
-        values.note("mixes several coated shaders: all but one are layered approximately")
-        kept = [uncoat(c) if c.coat is not None and c.coat != coats[0] else c for c in kept]
-    program = [make_instruction(c.operation, c.weight, **c.params) for c in kept if c.coat is None]
-    coated = [c for c in kept if c.coat is not None]
-    if coated:
-        program.append(make_instruction("layer_specular", (1.0, 1.0, 1.0), **coated[0].coat))
-        program += [make_instruction(c.operation, c.weight, **c.params) for c in coated]
+    program, above = [], ()
+    for closure in sorted(kept, key=lambda c: len(c.layers) > 0):
+        if closure.layers[:len(above)] != above:
+            program.append(make_instruction("layer_reset", (1.0, 1.0, 1.0)))
+            above = ()
+        for step in (*closure.layers[len(above):], closure):
+            program.append(make_instruction(step.operation, step.weight, **step.params))
+        above = closure.layers
     return program
 
 
-def uncoat(closure: Closure) -> Closure:
-    root = (closure.coat["ior"] - 1.0) / (closure.coat["ior"] + 1.0)
-    return replace(closure, weight=closure.weight * (1.0 - root * root), coat=None)
+def diffuse_closure(weight, color, rough, layers: tuple[Layer, ...] = ()) -> Closure:
+    """Diffuse reflection, rough where Cycles takes it for rough."""
+    if not varies(rough) and rough < ROUGH_FROM:
+        return Closure("diffuse", weight * color, layers=layers)
+    params = {"roughness": clamp(rough)} | rgb("albedo", saturate(color))
+    return Closure("rough_diffuse", weight * color, params, layers)
 
 
 MULTISCATTER = {"GGX": 0.0, "SHARP": 0.0, "MULTI_GGX": 1.0}
@@ -79,12 +84,13 @@ def rgb(name: str, color) -> dict:
     return {f"{name}_{c}": v for c, v in zip("rgb", color, strict=False)}
 
 
-def note_normal(values, node) -> None:
-    socket = find_input(node, "Normal")
+def note_normal(values, node, *names: str) -> None:
+    names = names or ("Normal",)
+    socket = find_input(node, *names)
     if socket is not None and socket.is_linked:
         source = source_of(socket).node
         if source is not None and source.bl_idname != "ShaderNodeNewGeometry":
-            values.note(f"{source.name} ({source.bl_idname}) into {node.name}, Normal: not supported, left out")
+            values.note(f"{source.name} ({source.bl_idname}) into {node.name}, {socket.name}: not supported, left out")
 
 
 def note_unless(values, node, stack, name, neutral, what) -> None:
