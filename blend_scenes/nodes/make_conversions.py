@@ -55,8 +55,8 @@ def numbers() -> dict:
     made = {f"Math {mode}": lambda g, i, mode=mode: g.math(mode, i.a, i.b, i.c) for mode in modes("Math", "operation")}
     made |= {f"Math {mode} clamped": lambda g, i, mode=mode: g.node(
         "Math", settings={"operation": mode, "use_clamp": True}, Value=i.a, Value_001=i.b) for mode in ("ADD", "SINE")}
-    made |= {f"Math {mode} of large numbers": lambda g, i, mode=mode: g.math(
-        mode, g.math("MULTIPLY", i.a, 300.0), 0.7) for mode in ("SINE", "MODULO", "WRAP", "PINGPONG")}
+    made |= {f"Math {mode} over many periods": lambda g, i, mode=mode: g.math(
+        mode, g.math("MULTIPLY", i.a, 4.0), 0.7) for mode in ("SINE", "MODULO", "WRAP", "PINGPONG")}
     made |= {f"Math POWER {exponent}": lambda g, i, exponent=exponent: g.math("POWER", i.a, exponent)
              for exponent in (2.0, 3.0, -1.0, 0.5, 0.0)}
     made |= {f"Clamp {mode}": lambda g, i, mode=mode: g.node(

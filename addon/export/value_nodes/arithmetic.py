@@ -7,7 +7,7 @@ import math
 
 from isophote.values import Number, add, call1, clamp, divide, maximum, minimum, multiply, select, square_root, subtract
 
-from ..values import as_number, each
+from ..values import each
 
 
 def floor(x: Number) -> Number:
@@ -73,7 +73,7 @@ def math_node(values, node, socket, stack):
     operation = MATHS.get(node.operation)
     if operation is None:
         return None
-    result = operation(*(as_number(*values.input(node, stack, (s.identifier,))) for s in node.inputs))
+    result = operation(*(values.number(node, stack, s.identifier) for s in node.inputs))
     return clamp(result) if node.use_clamp else result
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from isophote.values import Number, call1, clamp, divide, maximum, minimum, mix, select
 
-from ..values import call3, each, not_negative, saturate, triple
+from ..values import as_number, call3, each, not_negative, saturate, triple
 from .arithmetic import fraction
 
 
@@ -139,7 +139,7 @@ def invert(values, node, socket, stack):
 
 
 def to_grey(values, node, socket, stack):
-    return values.number(node, stack, "Color")
+    return as_number(values.color(node, stack, "Color"), "RGBA")
 
 
 def blackbody(values, node, socket, stack):
