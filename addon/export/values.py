@@ -14,7 +14,7 @@ from isophote.values import ARITHMETIC, Number, Value, clamp, maximum, varies
 from .lookups import Lookups
 from .nodes import find_input, source_of
 
-LUMINANCE = (0.2126390059, 0.7151686788, 0.0721923154)  # of Rec. 709, as Cycles has it
+LUMINANCE = (0.2126729, 0.7151522, 0.0721750)  # of Rec. 709, as Cycles takes it from Blender's colour management
 
 
 class Values:

@@ -33,9 +33,10 @@ def test_patches_agree(folder, name, columns, fewest):
 
 
 def test_spaces_agree(folder):
+    """Through a perspective camera squares are anywhere: the whole picture, cut like the others."""
     found, notes = differences(folder / "spaces.blend", 6, 24)
     assert not notes and len(found) == 18
-    assert not {patch: float(off.max()) for patch, off in found.items() if not agrees(off)}
+    assert agrees(np.stack(list(found.values())))
 
 
 def agrees(off: np.ndarray) -> bool:
