@@ -289,6 +289,10 @@ def data_outside(scene: Scene) -> np.ndarray:
     for name, length in lengths.items():
         if name in operations():
             outside |= (scene.step_op == operations()[name].number) & (scene.step_data >= length)
+    for name in ("table", "table_extended", "table_stepped"):
+        end = scene.step_data + scene.step_number.astype(np.float64)
+        fits = (scene.step_number >= 2.0) & (end <= len(scene.value_tables))
+        outside |= (scene.step_op == operations()[name].number) & ~fits
     return outside
 
 

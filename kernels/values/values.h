@@ -28,11 +28,32 @@
 #else
 #define VALUES_MATH(X)
 #endif
+#if VALUES_USED_2
+#include "vector_math.h"
+#else
+#define VALUES_VECTOR_MATH(X)
+#endif
+#if VALUES_USED_3
+#include "colour.h"
+#else
+#define VALUES_COLOUR(X)
+#endif
+#if VALUES_USED_6
+#include "space.h"
+#include "table.h"
+#else
+#define VALUES_SPACE(X)
+#define VALUES_TABLE(X)
+#endif
 
 /* X(number, name, inputs, outputs): value_NAME exists. */
 #define VALUES(X) \
   VALUES_SOURCE(X) \
-  VALUES_MATH(X)
+  VALUES_MATH(X) \
+  VALUES_VECTOR_MATH(X) \
+  VALUES_COLOUR(X) \
+  VALUES_SPACE(X) \
+  VALUES_TABLE(X)
 
 #define VALUES_USED(family) \
   ((family) == 0 ? VALUES_USED_0 : (family) == 1 ? VALUES_USED_1 : (family) == 2 ? VALUES_USED_2 : \

@@ -7,6 +7,6 @@ cannot express in part it says by values.note.
 
 from __future__ import annotations
 
-from . import converters, inputs
+from . import arithmetic, colours, curves, inputs, vectors
 
-NODES = {**inputs.NODES, **converters.NODES}
+NODES = {**inputs.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES}

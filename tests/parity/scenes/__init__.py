@@ -3,6 +3,7 @@
 import numpy as np
 
 from isophote.scene import Scene
+from tests.parity.scenes.conversions import conversions
 from tests.scenes import (
     CAMERA,
     DIFFUSE,
@@ -176,7 +177,8 @@ def rare_closures() -> Scene:
     return b.make()
 
 
-SCENES = {scene.__name__: scene for scene in (cornell_like, spheres, instances, lamps, closures, rare_closures)}
+SCENES = {scene.__name__: scene for scene in (
+    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -185,4 +187,5 @@ SETTINGS = {
     "lamps": dict(diffuse_bounces=1, clamp_direct=4.0, clamp_indirect=1.0),
     "closures": dict(seed=7),
     "rare_closures": dict(seed=8),
+    "conversions": dict(max_bounces=2),
 }
