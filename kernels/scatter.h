@@ -18,6 +18,16 @@ FN int is_closure(int op) {
   }
 }
 
+/* Whether it is a diffuse closure. */
+FN int is_diffuse(int op) {
+  switch (op) {
+#define X(number, name, class_) case number: return ((class_) & LABEL_DIFFUSE) != 0;
+    CLOSURES(X)
+#undef X
+    default: return 0;
+  }
+}
+
 /* An instruction's closure at a point whose values lie in registers r. */
 FN Closure closure_of(Instruction i, const real *r) {
   if ((SCENE_FEATURES & FEATURE_VALUES) && (i.flags & INSTRUCTION_VARIES)) return bind_closure(i, r);
@@ -95,6 +105,14 @@ FN BsdfValue one_sided(Surface s, real3 wi, BsdfValue v) {
 FN BsdfValue one_sided_closure(real3 ng, real3 wi, real3 in_frame, BsdfValue v) {
   int agree = (dot3(ng, wi) > REAL(0.0)) == (in_frame.z > REAL(0.0));
   return make_value(select3(agree, v.f, zero3()), agree ? v.pdf : REAL(0.0));
+}
+/* Softens the edge that the surface's normal ns casts on a diffuse closure with another normal n: Chiang, Li and Burley
+ * 2019, "Taming the Shadow Terminator", equation 3. */
+FN BsdfValue soften_bump(real3 ns, real3 n, real3 wi, BsdfValue v) {
+  real across = dot3(n, wi) * dot3(ns, n);
+  real g = clamp01(dot3(ns, wi) / (across == REAL(0.0) ? REAL(1.0) : across));
+  v.f = v.f * (((REAL(1.0) - g) * g + REAL(1.0)) * g);
+  return v;
 }
 FN BsdfSample one_sided_sample(Surface s, real3 wi, BsdfSample b) {
   int agree = (dot3(s.ng, wi) > REAL(0.0)) == (b.wi.z > REAL(0.0));

@@ -8,12 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from isophote.materials import Instruction, make_instruction
-from isophote.values import clamp, maximum, varies
+from isophote.values import clamp, is_number, maximum, varies
 
-from .nodes import find_input, source_of
-from .values import Values, not_negative
+from .nodes import find_input
+from .value_nodes.normals import default_tangent
+from .values import Values, not_negative, source
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
+WITHOUT_NORMAL = {"transparent", "emission"}
+UNSEEN = {"diffuse", "translucent"}  # the same whatever the angle to the viewer
 
 
 @dataclass
@@ -24,6 +27,7 @@ class Closure:
     weight: np.ndarray
     params: dict = field(default_factory=dict)
     coat: dict | None = None
+    normal: tuple | None = None  # its own, numbers or Values
 
 
 def arrange(closures: list[Closure], values: Values | None) -> list[Instruction]:
@@ -41,11 +45,11 @@ def arrange(closures: list[Closure], values: Values | None) -> list[Instruction]
     if len(coats) > 1:
         values.note("mixes several coated shaders: all but one are layered approximately")
         kept = [uncoat(c) if c.coat is not None and c.coat != coats[0] else c for c in kept]
-    program = [make_instruction(c.operation, c.weight, **c.params) for c in kept if c.coat is None]
+    program = [make_instruction(c.operation, c.weight, c.normal, **c.params) for c in kept if c.coat is None]
     coated = [c for c in kept if c.coat is not None]
     if coated:
-        program.append(make_instruction("layer_specular", (1.0, 1.0, 1.0), **coated[0].coat))
-        program += [make_instruction(c.operation, c.weight, **c.params) for c in coated]
+        program.append(make_instruction("layer_specular", (1.0, 1.0, 1.0), coated[0].normal, **coated[0].coat))
+        program += [make_instruction(c.operation, c.weight, c.normal, **c.params) for c in coated]
     return program
 
 
@@ -79,12 +83,39 @@ def rgb(name: str, color) -> dict:
     return {f"{name}_{c}": v for c, v in zip("rgb", color, strict=False)}
 
 
-def note_normal(values, node) -> None:
-    socket = find_input(node, "Normal")
-    if socket is not None and socket.is_linked:
-        source = source_of(socket).node
-        if source is not None and source.bl_idname != "ShaderNodeNewGeometry":
-            values.note(f"{source.name} ({source.bl_idname}) into {node.name}, Normal: not supported, left out")
+def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure]:
+    """The closures of a node with its normal; who mirrors or refracts needs one that its viewer sees."""
+    normal = normal_of(values, node, stack)
+    if normal is None:
+        return closures
+    visible = tuple(source("visible_normal", *normal))
+    return [c if c.normal or c.operation in WITHOUT_NORMAL else
+            replace(c, normal=tuple(normal) if c.operation in UNSEEN else visible) for c in closures]
+
+
+def normal_of(values: Values, node, stack, *names: str):
+    """The normal of a shader node, unit; None where it is the surface's own."""
+    names = names or ("Normal",)
+    if find_input(node, *names) is None:
+        return None
+    normal = values.vector(node, stack, *names) if values.is_linked(node, stack, *names) else values.surface_normal
+    own = source("shading_normal")
+    if not varies(normal) and not any(normal) or all(a == b for a, b in zip(normal, own, strict=True)):
+        return None
+    return source("unit_normal", *normal)
+
+
+def tangent_of(values: Values, node, stack, normal=None):
+    """The tangent along which an anisotropic closure's first roughness runs; None where the surface has none.
+
+    `normal` is that of the closure, None for the surface's own.
+    """
+    linked = values.is_linked(node, stack, "Tangent")
+    tangent = values.vector(node, stack, "Tangent") if linked else default_tangent(values)
+    rotation = values.number(node, stack, "Rotation", "Anisotropic Rotation")
+    if tangent is None or is_number(rotation, 0.0):
+        return tangent
+    return source("turned_tangent", *tangent, *(source("shading_normal") if normal is None else normal), rotation)
 
 
 def note_unless(values, node, stack, name, neutral, what) -> None:

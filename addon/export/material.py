@@ -13,10 +13,11 @@ from isophote.material_program import MaterialProgram, make_material
 from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
 
 from .. import compat
-from .closures import Closure, arrange, ior, multiscatter, note_normal, note_unless, rgb, roughness
+from .closures import Closure, arrange, framed, ior, multiscatter, note_unless, rgb, roughness
 from .lookups import Lookups
 from .nodes import find_input, source_of
 from .principled import principled
+from .value_nodes.normals import displaced_normal
 from .values import Values, as_triple, each, not_negative, saturate
 
 DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
@@ -30,25 +31,29 @@ def material_program(material, notes, lookups: Lookups) -> MaterialProgram:
     if material is None:
         return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))], None))
     values = Values("material", material.name, notes, lookups)
+    values.material_index = material.pass_index
     if not compat.uses_nodes(material):
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
         return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))], values))
     try:
-        return make_material(arrange(surface_closures(material.node_tree, values), values))
+        return make_material(arrange(surface_closures(material, values), values))
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
         return make_material(arrange([Closure("emission", np.array(TOO_LARGE))], values))
 
 
-def surface_closures(tree, values: Values) -> list[Closure]:
+def surface_closures(material, values: Values) -> list[Closure]:
     """Closures of the output that Cycles would use."""
-    output = tree.get_output_node("CYCLES")
+    output = material.node_tree.get_output_node("CYCLES")
     if output is None:
         values.note("no active output for this engine: rendered black")
         return []
-    for name in ("Volume", "Displacement"):
-        if output.inputs[name].is_linked and source_of(output.inputs[name]).node is not None:
-            values.note(f"{output.name}: {name.lower()} is not supported: left out")
+    if output.inputs["Volume"].is_linked and source_of(output.inputs["Volume"]).node is not None:
+        values.note(f"{output.name}: volume is not supported: left out")
+    if values.is_linked(output, (), "Displacement"):
+        if compat.displacement_method(material) != "BUMP":
+            values.note("true displacement is not supported: rendered as bump")
+        values.surface_normal = displaced_normal(values, values.vector(output, (), "Displacement"))
     surface = find_input(output, "Surface")
     if source_of(surface).node is None and output.inputs["Volume"].is_linked:
         return [Closure("transparent", np.ones(3))]  # a volume's boundary does not show
@@ -64,7 +69,8 @@ def closures_of(values: Values, socket, stack, weight: Number) -> list[Closure]:
     if shader is None:
         values.note(f"{source.node.name} ({source.node.bl_idname}): not supported, left out")
         return []
-    return shader(values, source.node, source.stack, weight)
+    closures = shader(values, source.node, source.stack, weight)
+    return framed(closures, values, source.node, source.stack)
 
 
 # --- shader nodes ----------------------------------------------------------------------------------
@@ -82,14 +88,12 @@ def add_shader(values, node, stack, weight):
 
 
 def diffuse(values, node, stack, weight):
-    note_normal(values, node)
     if not is_number(values.number(node, stack, "Roughness"), 0.0):
         values.note(f"{node.name}: Oren-Nayar roughness is not supported: rendered Lambertian")
     return [Closure("diffuse", weight * values.color(node, stack, "Color"))]
 
 
 def glossy(values, node, stack, weight):
-    note_normal(values, node)
     note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
     params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
     return [tinted("glossy", weight, values.color(node, stack, "Color"), params)]
@@ -102,14 +106,12 @@ def tinted(operation, weight, color, params) -> Closure:
 
 
 def refraction(values, node, stack, weight):
-    note_normal(values, node)
     multiscatter(values, node)  # for its note
     params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack)}
     return [Closure("refraction", weight * values.color(node, stack, "Color"), params)]
 
 
 def glass(values, node, stack, weight):
-    note_normal(values, node)
     note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
     params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack),
               "multiscatter": multiscatter(values, node)}
@@ -118,7 +120,6 @@ def glass(values, node, stack, weight):
 
 def metallic(values, node, stack, weight):
     """Metallic BSDF of 4.3 and newer; its physical conductor becomes an F82 metal of equal normal reflectance."""
-    note_normal(values, node)
     note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
     if node.fresnel_type == "F82":
         f0, f82 = values.color(node, stack, "Base Color"), values.color(node, stack, "Edge Tint")

@@ -12,7 +12,7 @@ import numpy as np
 
 from isophote.values import call1, clamp, is_number, maximum, minimum, mix, square_root, varies
 
-from .closures import CUTOFF, Closure, multiscatter, note_normal, note_unless, rgb, roughness
+from .closures import CUTOFF, Closure, multiscatter, note_unless, rgb, roughness
 from .nodes import find_input
 from .values import as_triple, each, not_negative
 
@@ -33,7 +33,6 @@ LEFT_OUT = {
 
 def principled(values, node, stack, weight) -> list[Closure]:
     """Closures of a Principled BSDF, times a weight."""
-    note_normal(values, node)
     for name, what in LEFT_OUT.items():
         note_unless(values, node, stack, name, 0.0, what)
 

@@ -7,6 +7,6 @@ cannot express in part it says by values.note.
 
 from __future__ import annotations
 
-from . import converters, inputs
+from . import converters, inputs, normals
 
-NODES = {**inputs.NODES, **converters.NODES}
+NODES = {**inputs.NODES, **converters.NODES, **normals.NODES}
