@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isophote.materials import OPERATIONS, Instruction
+from isophote.materials import OPERATIONS, PARAMS, Instruction
 from isophote.records import numbers
 from isophote.values import Number, Program, Value, add, call1, compile_program, operations, varies
 
@@ -101,7 +101,7 @@ def join_materials(programs: list[MaterialProgram]) -> dict[str, np.ndarray]:
         operations, flags, weights, params = zip(*instructions, strict=True)
         arrays |= {"instruction_op": np.array(operations, np.int32), "instruction_flags": np.array(flags, np.uint32),
                    "instruction_weight": np.array(weights, np.float32),
-                   "instruction_params": np.array(params, np.float32)}
+                   "instruction_params": np.array([each + [0.0] * (PARAMS - len(each)) for each in params], np.float32)}
     steps = [row for p in programs for row in p.steps]
     if steps:
         op, to, read, repeat, data, number = zip(*steps, strict=True)

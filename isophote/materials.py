@@ -3,7 +3,8 @@ kernels/bsdf/bsdf.h by a test.
 
 A program runs from its first instruction to its last. Each path carries a layer weight, 1 at the
 start; a closure's weight is its RGB times the layer weight; OP_LAYER_* multiply the layer weight by
-what the layer above lets through, so a coated closure comes after its coat.
+what the layer above lets through, so a coated closure comes after its coat. layer_reset makes it 1
+again: what follows is another stack.
 
 A colour that light takes on at every bounce between microfacets (the Color socket of Glossy and
 Glass) is the closure's tint: multiscatter compensation saturates it. What scales the closure as a
@@ -17,6 +18,9 @@ from typing import NamedTuple
 from isophote.values import Value
 
 PARAMS = 11
+
+FILM_SPECULAR = ("roughness_x", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "thickness", "film_ior",
+                 "roughness_y")
 
 # name -> (number, names of the parameters). Roughness is Blender's socket, 0 to 1: alpha = roughness^2.
 # multiscatter: 1 for Multiscatter GGX, 0 for GGX. ior: of the medium behind the front side.
@@ -33,8 +37,34 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     # transmission: tint of one crossing, the square root of Principled's base colour
     "principled_glass": (8, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b",
                              "transmission_r", "transmission_g", "transmission_b")),
-    # what follows keeps 1 - albedo of such a layer
+    # what follows keeps 1 - weight * albedo of such a layer
     "layer_specular": (9, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b")),
+    # albedo: the colour, for the light of further bounces between facets
+    "rough_diffuse": (10, ("roughness", "albedo_r", "albedo_g", "albedo_b")),
+    "translucent": (11, ()),
+    "diffuse_toon": (12, ("size", "smooth")),
+    "glossy_toon": (13, ("size", "smooth")),
+    "sheen": (14, ("roughness",)),  # of microfibres
+    "velvet": (15, ("sigma",)),
+    "layer_sheen": (16, ("roughness",)),
+    # what a tinted coat takes on the viewer's way through it; weight 0 is no coat, 1 all of it
+    "layer_absorption": (17, ("ior", "tint_r", "tint_g", "tint_b")),
+    "layer_reset": (18, ()),  # what follows lies under nothing
+    "beckmann": (19, ("roughness_x", "roughness_y")),
+    "ashikhmin_shirley": (20, ("roughness_x", "roughness_y")),
+    "conductor": (21, ("roughness", "multiscatter", "n_r", "n_g", "n_b", "k_r", "k_g", "k_b")),
+    # along x and y of a frame whose x axis is the tangent
+    "aniso_glossy": (22, ("roughness_x", "multiscatter", "tint_r", "tint_g", "tint_b", "roughness_y")),
+    "aniso_metal": (23, ("roughness_x", "multiscatter", "f0_r", "f0_g", "f0_b", "f82_r", "f82_g", "f82_b",
+                         "roughness_y")),
+    "aniso_specular": (24, ("roughness_x", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "roughness_y")),
+    "aniso_conductor": (25, ("roughness_x", "multiscatter", "n_r", "n_g", "n_b", "k_r", "k_g", "k_b",
+                             "roughness_y")),
+    # under a film `thickness` nanometres thick
+    "film_specular": (26, FILM_SPECULAR),
+    "film_glass": (27, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "transmission_r",
+                        "transmission_g", "transmission_b", "thickness", "film_ior")),
+    "layer_film_specular": (28, FILM_SPECULAR),
 }
 
 # Tints may be left out.
@@ -42,6 +72,7 @@ DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b")}
 
 # alpha^2 at and below which a GGX lobe is a mirror (kernels/bsdf/microfacet.h).
 DELTA_ALPHA2 = 2e-10
+DELTA_PHONG = 1e-4  # alpha, of Ashikhmin and Shirley's lobe
 
 
 class Instruction(NamedTuple):
@@ -56,7 +87,7 @@ class Instruction(NamedTuple):
 
 
 def make_instruction(operation: str, weight, normal=None, tangent=None, **params) -> Instruction:
-    """An Instruction with its parameters padded to PARAMS.
+    """An Instruction.
 
     Raises KeyError for an unknown operation, TypeError for an unknown or missing parameter.
     """
@@ -65,7 +96,6 @@ def make_instruction(operation: str, weight, normal=None, tangent=None, **params
     if set(given) != set(names):
         raise TypeError(f"{operation} takes {', '.join(names) or 'no parameters'}, got {', '.join(params)}")
     values = [as_number(given[name]) for name in names]
-    values += [0.0] * (PARAMS - len(values))
     return Instruction(number, tuple(as_number(w) for w in weight), values, normal, tangent)
 
 
@@ -79,11 +109,14 @@ def is_delta(op: int, constants, varies: bool = False) -> bool:
     Where parameters vary that is not known of those that have a roughness.
     """
     name, names = next((name, names) for name, (number, names) in OPERATIONS.items() if number == op)
-    if "roughness" not in names:
+    if "multiscatter" not in names and "roughness_x" not in names and name != "refraction":
         return name == "transparent"
     if varies:
         return False
     values = dict(zip(names, constants, strict=False))  # constants are padded
+    if "roughness_x" in names:
+        alphas = [min(max(values[axis], 0.0), 1.0) ** 2 for axis in ("roughness_x", "roughness_y")]
+        return max(alphas) <= DELTA_PHONG if name == "ashikhmin_shirley" else alphas[0] * alphas[1] <= DELTA_ALPHA2
     spread = min(max(values["roughness"], 0.0), 1.0) ** 4
     if name == "refraction":  # bends microfacets' tilts by 1 - 1/ior: nothing is rough at ior 1
         ior = max(values["ior"], 1e-5)

@@ -17,7 +17,9 @@ from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
 
-TRANSMITTING = ("refraction", "glass", "principled_glass")
+TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "translucent")
+TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
+             "beckmann", "ashikhmin_shirley", "layer_absorption", "layer_reset")
 FILTER_STEPS = 1024
 VALUE_FAMILIES = 8  # kernels/values/values.h
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
@@ -203,8 +205,8 @@ def blackman_harris_table() -> np.ndarray:
 
 
 def albedo_tables(instructions: np.ndarray) -> np.ndarray:
-    """The tables of kernels/bsdf/albedo.h where a microfacet closure needs them, else nothing."""
-    needless = [OPERATIONS[name][0] for name in ("diffuse", "transparent")]
+    """The tables of kernels/bsdf/ where a closure needs them, else nothing."""
+    needless = [OPERATIONS[name][0] for name in TABLELESS]
     if np.isin(instructions["op"], needless).all():
         return np.zeros(0, np.float32)
     return loaded_albedo_tables()
@@ -212,7 +214,9 @@ def albedo_tables(instructions: np.ndarray) -> np.ndarray:
 
 @cache
 def loaded_albedo_tables() -> np.ndarray:
-    return np.load(Path(__file__).parent / "data" / "albedo_tables.npy")
+    """One after the other, as albedo.h and sheen.h count."""
+    folder = Path(__file__).parent / "data"
+    return np.concatenate([np.load(folder / f"{name}_tables.npy").ravel() for name in ("albedo", "sheen")])
 
 
 def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np.ndarray, lamps: int) -> int:

@@ -66,30 +66,30 @@ class Call:
 class Value:
     """Output `output` of a call: a number that differs from point to point.
 
-    Arithmetic with numbers and other Values makes Values.
+    Arithmetic with numbers and other Values makes Values, with arrays of them arrays.
     """
 
     call: Call
     output: int = 0
 
     def __add__(self, other):
-        return add(self, other)
+        return add(self, other) if is_scalar(other) else NotImplemented
 
     __radd__ = __add__
 
     def __sub__(self, other):
-        return subtract(self, other)
+        return subtract(self, other) if is_scalar(other) else NotImplemented
 
     def __rsub__(self, other):
         return subtract(other, self)
 
     def __mul__(self, other):
-        return multiply(self, other)
+        return multiply(self, other) if is_scalar(other) else NotImplemented
 
     __rmul__ = __mul__
 
     def __truediv__(self, other):
-        return divide(self, other)
+        return divide(self, other) if is_scalar(other) else NotImplemented
 
     def __rtruediv__(self, other):
         return divide(other, self)
@@ -104,6 +104,11 @@ class Value:
 
 
 Number = float | Value
+
+
+def is_scalar(x) -> bool:
+    """Whether x is no array: these do arithmetic element by element themselves."""
+    return not isinstance(x, np.ndarray)
 
 
 class Graph:

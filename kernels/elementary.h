@@ -108,4 +108,18 @@ FN real pow_real(real x, real y) {
   return x > REAL(0.0) ? power : power_of_zero;
 }
 
+/* ln(1 + x) for x >= 0 and e^x - 1 for x <= 0, with the relative error of log_real and exp_real: Kahan's trick.
+ * What rounding 1 + x or e^x loses is in both factors of the quotient, and cancels. */
+FN real log1p_real(real x) {
+  real sum = REAL(1.0) + x;
+  real difference = sum - REAL(1.0);
+  return difference == REAL(0.0) ? x : log_real(sum) * (x / difference);
+}
+FN real expm1_real(real x) {
+  real power = exp_real(x);
+  real difference = power - REAL(1.0);
+  real small = power <= REAL(1e-6) ? difference : difference * (x / log_real(power));
+  return difference == REAL(0.0) ? x : small;
+}
+
 #endif

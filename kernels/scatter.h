@@ -5,7 +5,7 @@
 #include "bsdf/bsdf.h"
 #include "values/program.h"
 
-#define MAX_CLOSURES 16 /* instructions of one program; validate.py names materials that have more */
+#define MAX_CLOSURES 32 /* instructions of one program; validate.py names materials that have more */
 
 /* Operations that are closures; the others change the layer weight. */
 FN int is_closure(int op) {
@@ -106,12 +106,16 @@ FN BsdfValue one_sided_closure(real3 ng, real3 wi, real3 in_frame, BsdfValue v) 
   int agree = (dot3(ng, wi) > REAL(0.0)) == (in_frame.z > REAL(0.0));
   return make_value(select3(agree, v.f, zero3()), agree ? v.pdf : REAL(0.0));
 }
-/* Softens the edge that the surface's normal ns casts on a diffuse closure with another normal n: Chiang, Li and Burley
- * 2019, "Taming the Shadow Terminator", equation 3. */
+/* Softens the edge that the surface's normal ns casts on a diffuse closure with another normal n, by GGX' masking of a
+ * roughness that follows from the angle between them: Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing
+ * Function to Solve the Bump Terminator Problem", equation 3. None passes ns where n has the light on the other side. */
 FN BsdfValue soften_bump(real3 ns, real3 n, real3 wi, BsdfValue v) {
-  real across = dot3(n, wi) * dot3(ns, n);
-  real g = clamp01(dot3(ns, wi) / (across == REAL(0.0) ? REAL(1.0) : across));
-  v.f = v.f * (((REAL(1.0) - g) * g + REAL(1.0)) * g);
+  real cos_i = dot3(ns, wi), cos_n = dot3(ns, n);
+  int crosses = cos_i * cos_n * dot3(n, wi) < REAL(0.0);
+  real i2 = max_real(cos_i * cos_i, REAL(1e-12)), n2 = max_real(cos_n * cos_n, REAL(1e-12));
+  real alpha2 = clamp01(REAL(0.125) * (REAL(1.0) / n2 - REAL(1.0)));
+  real masked = REAL(2.0) / (REAL(1.0) + sqrt(REAL(1.0) + alpha2 * max_real(REAL(1.0) / i2 - REAL(1.0), REAL(0.0))));
+  v.f = v.f * (crosses ? REAL(0.0) : masked);
   return v;
 }
 FN BsdfSample one_sided_sample(Surface s, real3 wi, BsdfSample b) {

@@ -270,7 +270,7 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p, const real *r) {
     real3 wo = to_local(frame, make_real3(-p.dx, -p.dy, -p.dz));
     if (is_closure(i.op)) normals = normals + frame.z * average3(abs3(closure_weight(c, choice)));
     a.albedo = a.albedo + albedo_closure(c, at.backfacing, s.albedo_tables, wo) * closure_weight(c, choice);
-    choice.layer = choice.layer * layer_closure(c, at.backfacing, s.albedo_tables, wo);
+    choice.layer = layer_closure(c, at.backfacing, s.albedo_tables, wo, choice.layer);
   }
   a.depth = camera_depth(s.camera[0], at.p);
   a.normal = at.ns;

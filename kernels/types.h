@@ -33,6 +33,7 @@ FN real3 select3(int c, real3 a, real3 b) {
   return make_real3(c ? a.x : b.x, c ? a.y : b.y, c ? a.z : b.z);
 }
 FN real square(real x) { return x * x; }
+FN real mix_real(real a, real b, real t) { return a + (b - a) * t; }
 FN real clamp01(real x) { return min_real(max_real(x, REAL(0.0)), REAL(1.0)); }
 FN real safe_sqrt(real x) { return sqrt(max_real(x, REAL(0.0))); }
 /* Rec. 709 luminance: for probabilities and the ledger, never for the picture. */

@@ -194,7 +194,7 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
       }
       sum = add_closure(sum, value, weight, share, all.total);
     } else {
-      c.layer = c.layer * layer_closure(one, at.backfacing, s.albedo_tables, wo);
+      c.layer = layer_closure(one, at.backfacing, s.albedo_tables, wo, c.layer);
     }
   }
   return SCENE_FEATURES & FEATURE_BUMP ? sum : one_sided(at, wi_world, sum);
@@ -257,7 +257,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
       choice = consider(choice, int_of(k), closure_share(w, albedo_closure(one, at.backfacing, s.albedo_tables, wo)));
       weight = select3(choice.chosen == int_of(k), w, weight);
     } else {
-      choice.layer = choice.layer * layer_closure(one, at.backfacing, s.albedo_tables, wo);
+      choice.layer = layer_closure(one, at.backfacing, s.albedo_tables, wo, choice.layer);
     }
   }
 

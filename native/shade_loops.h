@@ -261,10 +261,11 @@ CLOSURES(CLOSURE_LOOPS)
     FOR_PATHS(i, g.first, g.end) {                                                                       \
       Closure closure = closure_at<VARIES>(b, c, registers, i);                                          \
       Frame frame = frame_at<VARIES>(b, c, i);                                                           \
-      real3 kept = layer_##name(closure, b.backfacing[i], tables, local_wo(columns, frame, i));          \
-      b.layer_r[i] = b.layer_r[i] * kept.x;                                                              \
-      b.layer_g[i] = b.layer_g[i] * kept.y;                                                              \
-      b.layer_b[i] = b.layer_b[i] * kept.z;                                                              \
+      real3 layer = make_real3(b.layer_r[i], b.layer_g[i], b.layer_b[i]);                                \
+      layer = layer_##name(closure, b.backfacing[i], tables, local_wo(columns, frame, i), layer);        \
+      b.layer_r[i] = layer.x;                                                                            \
+      b.layer_g[i] = layer.y;                                                                            \
+      b.layer_b[i] = layer.z;                                                                            \
     }                                                                                                    \
   }
 LAYERS(LAYER_LOOPS)

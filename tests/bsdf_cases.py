@@ -30,13 +30,15 @@ class Case:
         return f"{self.closure}({values}{',back' if self.backfacing else ''})"
 
 
+EVERYWHERE = ("diffuse", "translucent", "rough_diffuse", "sheen", "velvet")
 METAL = dict(f0_r=0.9, f0_g=0.6, f0_b=0.3, f82_r=0.8, f82_g=0.9, f82_b=1.0)
 LEAF = dict(tint_r=0.9, tint_g=1.0, tint_b=0.8, transmission_r=0.9, transmission_g=0.5, transmission_b=0.2)
 
 
 def reflections(roughness: float, multiscatter: float = 1) -> list[Case]:
     common = dict(roughness=roughness, multiscatter=multiscatter)
-    return [Case("glossy", common), Case("metal", common | METAL), Case("specular", common | dict(ior=1.5, tint_r=0.5))]
+    return [Case("glossy", common), Case("metal", common | METAL), Case("conductor", common | SILVER),
+            Case("specular", common | dict(ior=1.5, tint_r=0.5))]
 
 
 def refractions(roughness: float, multiscatter: float = 1, iors=(1.45,)) -> list[Case]:
@@ -46,8 +48,36 @@ def refractions(roughness: float, multiscatter: float = 1, iors=(1.45,)) -> list
             cases += [Case("refraction", dict(roughness=roughness, ior=ior), back),
                       Case("glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter), back),
                       Case("principled_glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter) | LEAF,
-                       back)]
+                           back),
+                      Case("film_glass", dict(roughness=roughness, ior=ior, multiscatter=multiscatter, thickness=300,
+                                              film_ior=1.3) | LEAF, back)]
     return cases
+
+
+def diffuses() -> list[Case]:
+    """Closures that scatter to everywhere, and keep all light where they are white."""
+    white = dict(albedo_r=1.0, albedo_g=1.0, albedo_b=1.0)
+    rough = [Case("rough_diffuse", dict(roughness=roughness) | white) for roughness in (0, 0.3, 1)]
+    return [Case("diffuse"), Case("translucent"), *rough]
+
+
+def fabrics(roughness: float) -> list[Case]:
+    return [Case("sheen", dict(roughness=roughness)), Case("velvet", dict(sigma=roughness))]
+
+
+TOONS = [Case(name, dict(size=size, smooth=smooth)) for name in ("diffuse_toon", "glossy_toon")
+         for size, smooth in ((0.5, 0.05), (0.2, 0.0), (0.0, 1.0), (0.9, 0.8))]
+SILVER = dict(n_r=0.15, n_g=0.12, n_b=0.14, k_r=4.8, k_g=3.5, k_b=2.4)
+
+
+def anisotropic(rough_x: float, rough_y: float, multiscatter: float = 1) -> list[Case]:
+    """Closures of a roughness along x and one along y."""
+    ends = dict(roughness_x=rough_x, roughness_y=rough_y)
+    common = ends | dict(multiscatter=multiscatter)
+    return [Case("aniso_glossy", common), Case("aniso_metal", common | METAL), Case("aniso_conductor", common | SILVER),
+            Case("aniso_specular", common | dict(ior=1.5, tint_r=0.5)), Case("beckmann", ends),
+            Case("film_specular", common | dict(ior=1.5, tint_r=0.5, thickness=400, film_ior=1.8)),
+            Case("ashikhmin_shirley", ends)]
 
 
 def direction(mu: float, azimuth: float = 0.7) -> np.ndarray:
@@ -71,15 +101,22 @@ def random_directions(rng, n: int, lower: bool = False) -> np.ndarray:
 
 def lobe_width(case: Case, mu: float, transmits: bool) -> float:
     """Angle over which a lobe falls off, radians; grazing refraction stretches it."""
-    alpha = case.params.get("roughness", 1.0) ** 2
+    if case.closure in EVERYWHERE:
+        return 1.0
+    if case.closure.endswith("toon"):
+        return np.tan(0.25 * np.pi * min(case.params["size"] + case.params["smooth"], 1))  # the edge is a ring's
+    ends = [case.params[name] for name in case.params if name.startswith("roughness")]
+    alpha = float(np.prod(ends)) ** (2 / len(ends))
     return max(alpha * (min(abs(1 - 1 / case.ior) / mu, 1) if transmits else 1), 1e-5)
 
 
-def lobe_axis(wo: np.ndarray, transmits: bool, ior: float) -> np.ndarray:
-    """Where a smooth surface sends wo; the horizon at total internal reflection."""
+def lobe_axis(case: Case, wo: np.ndarray, transmits: bool) -> np.ndarray:
+    """Where a smooth surface sends wo, the horizon at total internal reflection; the normal where wo does not count."""
+    if case.closure in EVERYWHERE or case.closure == "diffuse_toon":
+        return np.array((0.0, 0.0, -1.0 if transmits else 1.0))
     if not transmits:
         return wo * [-1, -1, 1]
-    tangent = -wo[:2] / ior
+    tangent = -wo[:2] / case.ior
     return unit(np.array([*tangent, -np.sqrt(max(1 - tangent @ tangent, 1e-4))]))
 
 
@@ -120,7 +157,7 @@ class LobeGrid:
 
 def lobe_grids(case: Case, mu: float, inner: int = 32) -> list[tuple[bool, LobeGrid]]:
     """(transmits, grid around that lobe) for both sides of the surface."""
-    return [(side, LobeGrid(lobe_axis(direction(mu), side, case.ior), lobe_width(case, mu, side), inner=inner))
+    return [(side, LobeGrid(lobe_axis(case, direction(mu), side), lobe_width(case, mu, side), inner=inner))
             for side in (False, True)]
 
 

@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 
 from isophote.materials import OPERATIONS, PARAMS, make_instruction
+from isophote.prepare import loaded_albedo_tables
 
 ROOT = Path(__file__).parents[1]
 PROBES = ROOT / "tests" / "native"
 BUILD = ROOT / "build" / "test_kernels"
 STRICT = ("-std=c++20", "-shared", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-Wall", "-Wno-unknown-pragmas",
           "-Wdouble-promotion", "-Werror")
-FUNCTIONS = ("sin", "cos", "exp", "log", "acos", "atan2", "pow")
+FUNCTIONS = ("sin", "cos", "exp", "log", "acos", "atan2", "pow", "log1p", "expm1")
 CLOSURES = tuple(name for name in OPERATIONS if name != "emission" and not name.startswith("layer_"))
 INSTRUCTION = np.dtype([("op", "i4"), ("flags", "u4"), ("weight", "f4", 3), ("params", "f4", PARAMS)])
 
@@ -29,11 +30,7 @@ INSTRUCTION = np.dtype([("op", "i4"), ("flags", "u4"), ("weight", "f4", 3), ("pa
 def instruction(operation: str, **params) -> np.ndarray:
     """One Instruction record of weight 1."""
     op, weight, values = make_instruction(operation, (1, 1, 1), **params)[:3]
-    return np.array([(op, 0, weight, values)], INSTRUCTION)
-
-
-def albedo_tables() -> np.ndarray:
-    return np.load(ROOT / "isophote" / "data" / "albedo_tables.npy")
+    return np.array([(op, 0, weight, values + [0.0] * (PARAMS - len(values)))], INSTRUCTION)
 
 
 def source_digest() -> str:
@@ -67,7 +64,7 @@ class CppKernels:
         self.library = ctypes.CDLL(str(build(compiler or find_compiler(), flags)))
         self.real = np.float64 if reference else np.float32
         assert self.library.probe_real_size() == np.dtype(self.real).itemsize
-        self.tables = np.ascontiguousarray(albedo_tables())
+        self.tables = loaded_albedo_tables()
 
     def _in(self, array) -> np.ndarray:
         return np.ascontiguousarray(array, self.real)
@@ -120,7 +117,7 @@ class OpenclKernels:
         options = ["-cl-std=CL1.2", f"-I{PROBES}", f"-DSOURCES={source_digest()}"]  # the digest defeats driver caches
         options += ["-cl-fp32-correctly-rounded-divide-sqrt"] if rounded else []
         self.program = cl.Program(self.context, (PROBES / "bsdf_probe.cl").read_text()).build(options=options)
-        self.tables = albedo_tables()
+        self.tables = loaded_albedo_tables()
 
     @staticmethod
     def first_device(platform: str = "Portable Computing Language"):

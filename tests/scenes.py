@@ -112,6 +112,7 @@ class Builder:
     size: tuple[int, int] = (16, 16)
     materials: list = field(default_factory=list)
     meshes: list = field(default_factory=list)
+    attributes: list = field(default_factory=list)
     instances: list = field(default_factory=list)
     spheres: list = field(default_factory=list)
     lamps: list = field(default_factory=list)
@@ -131,9 +132,11 @@ class Builder:
         self.materials.append(instructions)
         return len(self.materials) - 1
 
-    def mesh(self, shape, slots=0, normals=None) -> int:
-        """`normals`: per vertex (V, 3) for a smooth mesh, or None."""
+    def mesh(self, shape, slots=0, normals=None, attributes=()) -> int:
+        """`normals`: per vertex (V, 3) for a smooth mesh, or None. `attributes`: (DOMAIN_ number, values (elements,
+        components)) of each, as many for all meshes."""
         vertices, triangles = shape
+        self.attributes.append([(domain, np.asarray(values, np.float32)) for domain, values in attributes])
         self.meshes.append((np.asarray(vertices, np.float32), np.asarray(triangles),
                             np.broadcast_to(slots, len(triangles)), None if normals is None else np.asarray(normals)))
         return len(self.meshes) - 1
@@ -152,6 +155,17 @@ class Builder:
         self.lamps.append((kind, place() if matrix is None else matrix, np.broadcast_to(strength, 3),
                            np.broadcast_to(size, 2), spot, flags, visibility))
 
+    def attribute_arrays(self) -> dict:
+        rows, values, length = [], [np.zeros(0, np.float32)], 0
+        for attributes in self.attributes:
+            rows.append([])
+            for domain, numbers in attributes:
+                rows[-1].append((length, domain, numbers.shape[1]))
+                values.append(numbers.ravel())
+                length += numbers.size
+        return {"mesh_attributes": np.array(rows, np.uint32).reshape(len(rows), -1, 3),
+                "attribute_values": np.concatenate(values)}
+
     def make(self) -> Scene:
         arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3))
         arrays |= join_materials([make_material(instructions) for instructions in self.materials])
@@ -165,6 +179,7 @@ class Builder:
             arrays["mesh_triangles"] = np.cumsum([0, *(len(m[1]) for m in self.meshes)])
             smooth = [0 if m[3] is None else len(m[3]) for m in self.meshes]
             arrays["mesh_normals"] = np.where(smooth, np.cumsum([0, *smooth[:-1]]), -1)
+            arrays |= self.attribute_arrays()
             if any(smooth):
                 arrays["normals"] = np.concatenate([m[3] for m in self.meshes if m[3] is not None])
         if self.instances:

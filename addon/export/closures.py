@@ -12,50 +12,58 @@ from isophote.values import clamp, is_number, maximum, varies
 
 from .nodes import find_input
 from .value_nodes.normals import default_tangent
-from .values import Values, not_negative, source
+from .values import Values, not_negative, saturate, source
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
+ROUGH_FROM = 1e-5  # of diffuse reflection
 WITHOUT_NORMAL = {"transparent", "emission"}
 UNSEEN = {"diffuse", "translucent"}  # the same whatever the angle to the viewer
 
 
-@dataclass
-class Closure:
-    """One closure of a program; `coat` holds the parameters of the layer_specular above it, if any."""
+@dataclass(eq=False)
+class Layer:
+    """What lies over closures and takes some of their light: a layer_* operation."""
 
     operation: str
     weight: np.ndarray
     params: dict = field(default_factory=dict)
-    coat: dict | None = None
-    normal: tuple | None = None  # its own, numbers or Values
+    normal: tuple | None = None  # its own, numbers or Values; None: the surface's
+    tangent: tuple | None = None
 
 
-def arrange(closures: list[Closure], values: Values | None) -> list[Instruction]:
-    """Instructions in order: closures under no coat first, then those under one, after it.
+@dataclass
+class Closure:
+    """One closure of a program, and the layers over it from the outermost on: those of a node share these objects."""
 
-    A program has one layer weight, so one coat: where several coats are mixed, the closures under
-    the lighter ones are weakened by their coat's normal reflectance instead, which is noted.
-    """
+    operation: str
+    weight: np.ndarray
+    params: dict = field(default_factory=dict)
+    layers: tuple[Layer, ...] = ()
+    normal: tuple | None = None
+    tangent: tuple | None = None
+
+
+def arrange(closures: list[Closure]) -> list[Instruction]:
+    """Instructions in order: closures under nothing first, then stack by stack, layers before what lies under them."""
     kept = [replace(c, weight=not_negative(c.weight)) for c in closures]
     kept = [c for c in kept if varies(c.weight) or c.weight.mean() >= CUTOFF]
-    coats = []
-    for closure in kept:
-        if closure.coat is not None and closure.coat not in coats:
-            coats.append(closure.coat)
-    if len(coats) > 1:
-        values.note("mixes several coated shaders: all but one are layered approximately")
-        kept = [uncoat(c) if c.coat is not None and c.coat != coats[0] else c for c in kept]
-    program = [make_instruction(c.operation, c.weight, c.normal, **c.params) for c in kept if c.coat is None]
-    coated = [c for c in kept if c.coat is not None]
-    if coated:
-        program.append(make_instruction("layer_specular", (1.0, 1.0, 1.0), coated[0].normal, **coated[0].coat))
-        program += [make_instruction(c.operation, c.weight, c.normal, **c.params) for c in coated]
+    program, above = [], ()
+    for closure in sorted(kept, key=lambda c: len(c.layers) > 0):
+        if closure.layers[:len(above)] != above:
+            program.append(make_instruction("layer_reset", (1.0, 1.0, 1.0)))
+            above = ()
+        for step in (*closure.layers[len(above):], closure):
+            program.append(make_instruction(step.operation, step.weight, step.normal, step.tangent, **step.params))
+        above = closure.layers
     return program
 
 
-def uncoat(closure: Closure) -> Closure:
-    root = (closure.coat["ior"] - 1.0) / (closure.coat["ior"] + 1.0)
-    return replace(closure, weight=closure.weight * (1.0 - root * root), coat=None)
+def diffuse_closure(weight, color, rough, layers: tuple[Layer, ...] = ()) -> Closure:
+    """Diffuse reflection, rough where Cycles takes it for rough."""
+    if not varies(rough) and rough < ROUGH_FROM:
+        return Closure("diffuse", weight * color, layers=layers)
+    params = {"roughness": clamp(rough)} | rgb("albedo", saturate(color))
+    return Closure("rough_diffuse", weight * color, params, layers)
 
 
 MULTISCATTER = {"GGX": 0.0, "SHARP": 0.0, "MULTI_GGX": 1.0}
@@ -84,13 +92,26 @@ def rgb(name: str, color) -> dict:
 
 
 def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure]:
-    """The closures of a node with its normal; who mirrors or refracts needs one that its viewer sees."""
+    """The closures of a node, and the layers over them, with its normal where they have none."""
     normal = normal_of(values, node, stack)
-    if normal is None:
-        return closures
-    visible = tuple(source("visible_normal", *normal))
-    return [c if c.normal or c.operation in WITHOUT_NORMAL else
-            replace(c, normal=tuple(normal) if c.operation in UNSEEN else visible) for c in closures]
+    layers: dict[Layer, Layer] = {}
+
+    def turned(each):
+        made = each if each.normal or normal is None else replace(each, normal=normal_for(each.operation, normal))
+        if each.operation.startswith("aniso_"):
+            made = replace(made, tangent=tangent_of(values, node, stack, made.normal))
+        return made
+
+    for each in closures:
+        layers |= {layer: turned(layer) for layer in each.layers if layer not in layers}
+    return [replace(turned(each), layers=tuple(layers[layer] for layer in each.layers)) for each in closures]
+
+
+def normal_for(operation: str, normal) -> tuple | None:
+    """What mirrors or refracts needs a normal that its viewer sees."""
+    if operation in WITHOUT_NORMAL:
+        return None
+    return tuple(normal if operation in UNSEEN else source("visible_normal", *normal))
 
 
 def normal_of(values: Values, node, stack, *names: str):

@@ -13,12 +13,22 @@ from isophote.material_program import MaterialProgram, make_material
 from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
 
 from .. import compat
-from .closures import Closure, arrange, framed, ior, multiscatter, note_unless, rgb, roughness
+from .closures import (
+    Closure,
+    arrange,
+    diffuse_closure,
+    framed,
+    ior,
+    multiscatter,
+    note_unless,
+    rgb,
+    roughness,
+)
 from .lookups import Lookups
 from .nodes import find_input, source_of
 from .principled import principled
 from .value_nodes.normals import displaced_normal
-from .values import Values, as_triple, each, not_negative, saturate
+from .values import Values, as_triple, not_negative, saturate
 
 DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
 
@@ -29,17 +39,17 @@ TOO_LARGE = (1.0, 0.0, 1.0)  # radiance of a material that could not be compiled
 def material_program(material, notes, lookups: Lookups) -> MaterialProgram:
     """The program of a bpy Material, or of None."""
     if material is None:
-        return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))], None))
+        return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))]))
     values = Values("material", material.name, notes, lookups)
     values.material_index = material.pass_index
     if not compat.uses_nodes(material):
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
-        return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))], values))
+        return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))]))
     try:
-        return make_material(arrange(surface_closures(material, values), values))
+        return make_material(arrange(surface_closures(material, values)))
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
-        return make_material(arrange([Closure("emission", np.array(TOO_LARGE))], values))
+        return make_material(arrange([Closure("emission", np.array(TOO_LARGE))]))
 
 
 def surface_closures(material, values: Values) -> list[Closure]:
@@ -88,15 +98,38 @@ def add_shader(values, node, stack, weight):
 
 
 def diffuse(values, node, stack, weight):
-    if not is_number(values.number(node, stack, "Roughness"), 0.0):
-        values.note(f"{node.name}: Oren-Nayar roughness is not supported: rendered Lambertian")
-    return [Closure("diffuse", weight * values.color(node, stack, "Color"))]
+    return [diffuse_closure(weight, values.color(node, stack, "Color"), values.number(node, stack, "Roughness"))]
+
+
+def translucent(values, node, stack, weight):
+    return [Closure("translucent", weight * values.color(node, stack, "Color"))]
+
+
+def toon(values, node, stack, weight):
+    operation = {"DIFFUSE": "diffuse_toon", "GLOSSY": "glossy_toon"}[node.component]
+    params = {"size": values.number(node, stack, "Size"), "smooth": values.number(node, stack, "Smooth")}
+    return [Closure(operation, weight * values.color(node, stack, "Color"), params)]
+
+
+def sheen(values, node, stack, weight):
+    """Sheen BSDF, which was the Velvet BSDF before 4.0."""
+    rough = values.number(node, stack, "Roughness", "Sigma")
+    color = weight * values.color(node, stack, "Color")
+    if getattr(node, "distribution", "ASHIKHMIN") == "ASHIKHMIN":
+        return [Closure("velvet", color, {"sigma": rough})]
+    return [Closure("sheen", color, {"roughness": rough})]
+
+
+PHONG_AND_BECKMANN = {"BECKMANN": "beckmann", "ASHIKHMIN_SHIRLEY": "ashikhmin_shirley"}
 
 
 def glossy(values, node, stack, weight):
     note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
-    params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
-    return [tinted("glossy", weight, values.color(node, stack, "Color"), params)]
+    color, rough = values.color(node, stack, "Color"), roughness(values, node, stack)
+    other = PHONG_AND_BECKMANN.get(node.distribution)
+    if other:
+        return [Closure(other, weight * color, {"roughness_x": rough, "roughness_y": rough})]
+    return [tinted("glossy", weight, color, {"roughness": rough, "multiscatter": multiscatter(values, node)})]
 
 
 def tinted(operation, weight, color, params) -> Closure:
@@ -119,18 +152,17 @@ def glass(values, node, stack, weight):
 
 
 def metallic(values, node, stack, weight):
-    """Metallic BSDF of 4.3 and newer; its physical conductor becomes an F82 metal of equal normal reflectance."""
+    """Metallic BSDF of 4.3 and newer."""
     note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
+    note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
+    params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
     if node.fresnel_type == "F82":
         f0, f82 = values.color(node, stack, "Base Color"), values.color(node, stack, "Edge Tint")
-    else:
-        values.note(f"{node.name}: physical conductor: approximated by its reflectance at normal incidence")
-        n, k = values.color(node, stack, "IOR"), values.color(node, stack, "Extinction")
-        f0 = each(lambda n, k: ((n - 1.0) * (n - 1.0) + k * k) / ((n + 1.0) * (n + 1.0) + k * k), n, k)
-        f82 = np.ones(3)
-    params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
-    params |= rgb("f0", saturate(f0)) | rgb("f82", saturate(f82))
-    return [Closure("metal", as_triple(weight), params)]
+        params |= rgb("f0", saturate(f0)) | rgb("f82", saturate(f82))
+        return [Closure("metal", as_triple(weight), params)]
+    n, k = values.color(node, stack, "IOR"), values.color(node, stack, "Extinction")
+    params |= rgb("n", not_negative(n)) | rgb("k", not_negative(k))
+    return [Closure("conductor", as_triple(weight), params)]
 
 
 def transparent(values, node, stack, weight):
@@ -167,10 +199,10 @@ SHADERS = {
     "ShaderNodeBsdfPrincipled": principled,
     "ShaderNodeEmission": emission,
     "ShaderNodeBackground": black,
-    "ShaderNodeBsdfTranslucent": as_diffuse,
-    "ShaderNodeBsdfVelvet": as_diffuse,
-    "ShaderNodeBsdfSheen": as_diffuse,
-    "ShaderNodeBsdfToon": as_diffuse,
+    "ShaderNodeBsdfTranslucent": translucent,
+    "ShaderNodeBsdfVelvet": sheen,
+    "ShaderNodeBsdfSheen": sheen,
+    "ShaderNodeBsdfToon": toon,
     "ShaderNodeBsdfHair": as_diffuse,
     "ShaderNodeBsdfHairPrincipled": as_diffuse,
     "ShaderNodeSubsurfaceScattering": as_diffuse,

@@ -31,8 +31,6 @@
 #define ALBEDO_SCHLICK (ALBEDO_RISE + ALBEDO_COARSE * ALBEDO_SQUARE)      /* [m][r]: of Schlick's curve */
 #define ALBEDO_SIZE (ALBEDO_SCHLICK + ALBEDO_SQUARE)
 
-FN real mix_real(real a, real b, real t) { return a + (b - a) * t; }
-
 typedef struct {
   int low;
   real t;

@@ -1,15 +1,26 @@
 /* THE list of closures. isophote/materials.py names the same operations with the same numbers. */
 #ifndef ISOPHOTE_BSDF_BSDF_H
 #define ISOPHOTE_BSDF_BSDF_H
+#include "anisotropic.h"
+#include "ashikhmin_shirley.h"
+#include "beckmann.h"
+#include "conductor.h"
 #include "diffuse.h"
+#include "film_glass.h"
+#include "film_specular.h"
 #include "glass.h"
 #include "glossy.h"
 #include "layer.h"
 #include "metal.h"
 #include "principled_glass.h"
 #include "refraction.h"
+#include "rough_diffuse.h"
+#include "sheen.h"
 #include "specular.h"
+#include "toon.h"
+#include "translucent.h"
 #include "transparent.h"
+#include "velvet.h"
 
 #define OP_EMISSION 0
 #define OP_DIFFUSE 1
@@ -21,20 +32,59 @@
 #define OP_SPECULAR 7
 #define OP_PRINCIPLED_GLASS 8
 #define OP_LAYER_SPECULAR 9
+#define OP_ROUGH_DIFFUSE 10
+#define OP_TRANSLUCENT 11
+#define OP_DIFFUSE_TOON 12
+#define OP_GLOSSY_TOON 13
+#define OP_SHEEN 14
+#define OP_VELVET 15
+#define OP_LAYER_SHEEN 16
+#define OP_LAYER_ABSORPTION 17
+#define OP_LAYER_RESET 18
+#define OP_BECKMANN 19
+#define OP_ASHIKHMIN_SHIRLEY 20
+#define OP_CONDUCTOR 21
+#define OP_ANISO_GLOSSY 22
+#define OP_ANISO_METAL 23
+#define OP_ANISO_SPECULAR 24
+#define OP_ANISO_CONDUCTOR 25
+#define OP_FILM_SPECULAR 26
+#define OP_FILM_GLASS 27
+#define OP_LAYER_FILM_SPECULAR 28
 
 /* X(number, name, class of its labels): eval_NAME, sample_NAME and albedo_NAME exist. */
-#define CLOSURES(X)                                     \
-  X(OP_DIFFUSE, diffuse, LABEL_DIFFUSE)                 \
-  X(OP_GLOSSY, glossy, LABEL_GLOSSY)                    \
-  X(OP_REFRACTION, refraction, LABEL_GLOSSY)            \
-  X(OP_GLASS, glass, LABEL_GLOSSY)                      \
-  X(OP_TRANSPARENT, transparent, LABEL_TRANSPARENT)     \
-  X(OP_METAL, metal, LABEL_GLOSSY)                      \
-  X(OP_SPECULAR, specular, LABEL_GLOSSY)                \
-  X(OP_PRINCIPLED_GLASS, principled_glass, LABEL_GLOSSY)
+#define CLOSURES(X)                                                    \
+  X(OP_DIFFUSE, diffuse, LABEL_DIFFUSE)                                \
+  X(OP_GLOSSY, glossy, LABEL_GLOSSY)                                   \
+  X(OP_REFRACTION, refraction, LABEL_GLOSSY)                           \
+  X(OP_GLASS, glass, LABEL_GLOSSY)                                     \
+  X(OP_TRANSPARENT, transparent, LABEL_TRANSPARENT)                    \
+  X(OP_METAL, metal, LABEL_GLOSSY)                                     \
+  X(OP_SPECULAR, specular, LABEL_GLOSSY)                               \
+  X(OP_PRINCIPLED_GLASS, principled_glass, LABEL_GLOSSY)               \
+  X(OP_ROUGH_DIFFUSE, rough_diffuse, LABEL_DIFFUSE)                    \
+  X(OP_TRANSLUCENT, translucent, LABEL_DIFFUSE)                        \
+  X(OP_DIFFUSE_TOON, diffuse_toon, LABEL_DIFFUSE)                      \
+  X(OP_GLOSSY_TOON, glossy_toon, LABEL_GLOSSY)                         \
+  X(OP_SHEEN, sheen, LABEL_DIFFUSE)                                    \
+  X(OP_VELVET, velvet, LABEL_DIFFUSE)                                  \
+  X(OP_BECKMANN, beckmann, LABEL_GLOSSY)                               \
+  X(OP_ASHIKHMIN_SHIRLEY, ashikhmin_shirley, LABEL_GLOSSY)             \
+  X(OP_CONDUCTOR, conductor, LABEL_GLOSSY)                             \
+  X(OP_ANISO_GLOSSY, aniso_glossy, LABEL_GLOSSY)                       \
+  X(OP_ANISO_METAL, aniso_metal, LABEL_GLOSSY)                         \
+  X(OP_ANISO_SPECULAR, aniso_specular, LABEL_GLOSSY)                   \
+  X(OP_ANISO_CONDUCTOR, aniso_conductor, LABEL_GLOSSY)                 \
+  X(OP_FILM_SPECULAR, film_specular, LABEL_GLOSSY)                     \
+  X(OP_FILM_GLASS, film_glass, LABEL_GLOSSY)
 
-/* X(number, name): layer_NAME exists; multiplies the weight of what follows in the program. */
-#define LAYERS(X) X(OP_LAYER_SPECULAR, specular)
+/* X(number, name): layer_NAME exists; makes the layer weight of what follows in the program. */
+#define LAYERS(X)                          \
+  X(OP_LAYER_SPECULAR, specular)           \
+  X(OP_LAYER_SHEEN, sheen)                 \
+  X(OP_LAYER_ABSORPTION, absorption)       \
+  X(OP_LAYER_RESET, reset)                 \
+  X(OP_LAYER_FILM_SPECULAR, film_specular)
 
 /* Operations that the scene's programs hold, as bits: what is not used is not compiled (OpenCL). */
 #ifndef CLOSURES_USED
@@ -77,15 +127,15 @@ FN real3 albedo_closure(Closure c, int backfacing, GLOBAL const float *tables, r
   return zero3();
 }
 
-FN real3 layer_closure(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
+FN real3 layer_closure(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 layer) {
   switch (c.op) {
 #define X(number, name) \
-  case number: if (IS_USED(number)) return layer_##name(c, backfacing, tables, wo); break;
+  case number: if (IS_USED(number)) return layer_##name(c, backfacing, tables, wo, layer); break;
     LAYERS(X)
 #undef X
     default: break;
   }
-  return splat3(REAL(1.0));
+  return layer;
 }
 
 #endif

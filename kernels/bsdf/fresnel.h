@@ -64,4 +64,16 @@ FN real3 fresnel_f82_average(real3 f0, real3 edge) {
   return mix_to_white(f0, REAL(1.0) / REAL(21.0)) - edge * (REAL(1.0) / REAL(126.0));
 }
 
+/* Reflectance of unpolarised light at a metal of complex index n + ik, for the cosine c of incidence: the
+ * approximation for large n^2 + k^2 of Pharr, Jakob and Humphreys, "Physically Based Rendering", 2nd edition,
+ * section 8.2.1, which Cycles uses. */
+FN real fresnel_conductor(real c, real n, real k) {
+  real squared = n * n + k * k;
+  real c2 = c * c;
+  real twice = REAL(2.0) * n * c;
+  real parallel = (squared * c2 - twice + REAL(1.0)) / max_real(squared * c2 + twice + REAL(1.0), REAL(1e-15));
+  real across = (squared - twice + c2) / max_real(squared + twice + c2, REAL(1e-15));
+  return REAL(0.5) * (parallel + across);
+}
+
 #endif

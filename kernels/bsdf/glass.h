@@ -16,6 +16,8 @@ FN Interface glass_interface(Closure c, int backfacing) {
   s.f0 = splat3(f0_from_ior(s.ior));
   s.reflection = param3(c, GLASS_TINT);
   s.transmission = s.reflection;
+  s.film = REAL(0.0);
+  s.film_ior = REAL(1.0);
   return s;
 }
 

@@ -4,6 +4,7 @@
 #ifndef ISOPHOTE_BSDF_INTERFACE_H
 #define ISOPHOTE_BSDF_INTERFACE_H
 #include "albedo.h"
+#include "film.h"
 #include "microfacet.h"
 
 typedef struct {
@@ -11,6 +12,7 @@ typedef struct {
   real ior;                          /* behind the surface over in front of it */
   real3 f0;                          /* reflectance at normal incidence */
   real3 reflection, transmission;    /* tints */
+  real film, film_ior;               /* thickness of a film on it, nm, and its index over that in front */
 } Interface;
 
 FN real interface_ior(real ior, int backfacing) {
@@ -27,7 +29,8 @@ typedef struct {
 FN InterfaceFresnel interface_fresnel(Interface s, real cos_mo) {
   InterfaceFresnel r;
   DielectricFresnel fresnel = fresnel_dielectric(cos_mo, s.ior);
-  real3 f = mix_to_white(s.f0, fresnel_rise(fresnel.f, s.ior));
+  real3 f = select3(s.film > THINNEST_FILM, tinted_film_reflectance(cos_mo, s.ior, s.f0, s.film, s.film_ior),
+                    mix_to_white(s.f0, fresnel_rise(fresnel.f, s.ior)));
   r.reflectance = f * s.reflection;
   r.transmittance = (splat3(REAL(1.0)) - f) * s.transmission;
   r.cos_t = fresnel.cos_t;
@@ -77,12 +80,12 @@ FN BsdfSample sample_interface(Interface s, GLOBAL const float *tables, real3 wo
                      valid);
 }
 
-/* Reflection from the tables, refraction as of a smooth interface: Cycles' estimate. */
+/* Reflection from the tables, refraction and films as of a smooth interface: Cycles' estimate. */
 FN real3 albedo_interface(Interface s, GLOBAL const float *tables, real3 wo) {
+  InterfaceFresnel smooth = interface_fresnel(s, min_real(wo.z, REAL(1.0)));
   real rise = dielectric_rise(tables, s.roughness, wo.z, s.ior);
-  real3 reflected = mix_to_white(s.f0, rise) * s.reflection;
-  real3 refracted = interface_fresnel(s, min_real(wo.z, REAL(1.0))).transmittance;
-  return (reflected + refracted) * interface_compensation(s, tables, wo.z).saturation;
+  real3 reflected = select3(s.film > THINNEST_FILM, smooth.reflectance, mix_to_white(s.f0, rise) * s.reflection);
+  return (reflected + smooth.transmittance) * interface_compensation(s, tables, wo.z).saturation;
 }
 
 #endif

@@ -74,14 +74,15 @@ FN GgxLobe ggx_lobe(real alpha2, real eta, real3 wo, real3 wi) {
 /* A microfacet normal with the density of those visible from wo: Dupuy and Benyoub 2023, "Sampling
  * Visible GGX Normals with Spherical Caps", section 3. The sine on the cap comes from factors that
  * do not cancel, so that small alpha keeps its digits. */
-FN real3 sample_ggx_normal(real alpha, real3 wo, real2 u) {
-  real3 w = normalize3(make_real3(alpha * wo.x, alpha * wo.y, wo.z));
+FN real3 sample_ggx_ellipsoid(real alpha_x, real alpha_y, real3 wo, real2 u) {
+  real3 w = normalize3(make_real3(alpha_x * wo.x, alpha_y * wo.y, wo.z));
   real one_minus_wz = (w.x * w.x + w.y * w.y) / (REAL(1.0) + w.z);
   real height = (REAL(1.0) - u.y) * (REAL(1.0) + w.z); /* cos on the cap + w.z */
   real sine = sqrt(u.y * (REAL(1.0) + w.z) * (height + one_minus_wz));
   real2 phi = sin_cos_real(TWO_PI * u.x);
-  return normalize3(make_real3(alpha * (w.x + sine * phi.y), alpha * (w.y + sine * phi.x), height));
+  return normalize3(make_real3(alpha_x * (w.x + sine * phi.y), alpha_y * (w.y + sine * phi.x), height));
 }
+FN real3 sample_ggx_normal(real alpha, real3 wo, real2 u) { return sample_ggx_ellipsoid(alpha, alpha, wo, u); }
 
 FN real3 reflect3(real3 wo, real3 m) { return m * (REAL(2.0) * dot3(wo, m)) - wo; }
 /* Refraction about m; cos_t > 0 is the cosine of the refracted ray to -m. */

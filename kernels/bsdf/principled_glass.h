@@ -19,6 +19,8 @@ FN Interface principled_interface(Closure c, int backfacing) {
   s.f0 = saturate3(param3(c, PRINCIPLED_GLASS_TINT) * f0_from_ior(s.ior));
   s.reflection = splat3(REAL(1.0));
   s.transmission = param3(c, PRINCIPLED_GLASS_TRANSMISSION);
+  s.film = REAL(0.0);
+  s.film_ior = REAL(1.0);
   return s;
 }
 

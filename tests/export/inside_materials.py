@@ -47,8 +47,43 @@ def test_diffuse():
     assert not notes
 
 
-def test_oren_nayar_is_named():
-    assert "Oren-Nayar" in surface("ShaderNodeBsdfDiffuse", Roughness=0.5)[1][0]
+def test_rough_diffuse():
+    steps, notes = surface("ShaderNodeBsdfDiffuse", Color=(0.1, 0.2, 1.5), Roughness=0.5)
+    check(steps, ("rough_diffuse", (0.1, 0.2, 1.5), {"roughness": 0.5} | rgb("albedo", 0.1, 0.2, 1.0)))
+    assert not notes
+
+
+def test_translucent_and_toon():
+    check(surface("ShaderNodeBsdfTranslucent", Color=(0.1, 0.2, 0.3))[0], ("translucent", (0.1, 0.2, 0.3), {}))
+    bpy.data.materials.remove(bpy.data.materials["tested"])
+    for component, operation in (("DIFFUSE", "diffuse_toon"), ("GLOSSY", "glossy_toon")):
+        def build(tree, output, component=component):
+            made = node(tree, "ShaderNodeBsdfToon", output.inputs["Surface"], Color=(0.1, 0.2, 0.3), Size=0.4,
+                        Smooth=0.1)
+            made.component = component
+        steps, notes, _ = exported(build)
+        check(steps, (operation, (0.1, 0.2, 0.3), {"size": 0.4, "smooth": 0.1}))
+        assert not notes
+        bpy.data.materials.remove(bpy.data.materials["tested"])
+
+
+def test_sheen_and_velvet():
+    if V1:
+        check(surface("ShaderNodeBsdfVelvet", Sigma=0.4)[0], ("velvet", 0.8, {"sigma": 0.4}))
+        return
+    for distribution, wanted in (("ASHIKHMIN", ("velvet", 0.8, {"sigma": 0.4})),
+                                 ("MICROFIBER", ("sheen", 0.8, {"roughness": 0.4}))):
+        check(surface("ShaderNodeBsdfSheen", distribution, Roughness=0.4)[0], wanted)
+        bpy.data.materials.remove(bpy.data.materials["tested"])
+
+
+def test_other_distributions():
+    kind = "ShaderNodeBsdfGlossy" if V1 else "ShaderNodeBsdfAnisotropic"
+    for distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
+        steps, notes = surface(kind, distribution, Color=(0.9, 0.8, 0.7), Roughness=0.3)
+        check(steps, (distribution.lower(), (0.9, 0.8, 0.7), {"roughness_x": 0.3, "roughness_y": 0.3}))
+        assert not notes
+        bpy.data.materials.remove(bpy.data.materials["tested"])
 
 
 def test_glossy():
@@ -88,6 +123,20 @@ def test_mix_and_add_fold_into_weights():
         node(tree, "ShaderNodeEmission", both.inputs[1], Color=(1.0, 1.0, 1.0), Strength=2.0)
         node(tree, "ShaderNodeBsdfTransparent", mix.inputs[2])
     check(exported(build)[0], ("diffuse", 0.3, {}), ("emission", 1.5, {}), ("transparent", 0.25, {}))
+
+
+def test_mixed_by_a_value():
+    """Where the factor differs from point to point weights are values, and no closure is dropped."""
+    def build(tree, output):
+        mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"])
+        geometry = tree.nodes.new("ShaderNodeNewGeometry")
+        tree.links.new(geometry.outputs["Backfacing"], mix.inputs[0])
+        node(tree, "ShaderNodeBsdfTranslucent", mix.inputs[1])
+        node(tree, "ShaderNodeBsdfPrincipled", mix.inputs[2], **({"Clearcoat": 1.0} if V1 else {"Coat_Weight": 1.0}))
+    steps, notes, _ = exported(build)
+    assert [s[0] for s in steps] == ["translucent", "specular", "layer_specular", "specular", "layer_specular",
+                                     "diffuse"]
+    assert not notes
 
 
 def test_closures_without_weight_are_dropped():
@@ -137,9 +186,45 @@ def test_principled_tint():
     check(steps[:1], ("specular", 1, rgb("tint", 0.6, 0.7, 0.8)))
 
 
+def test_principled_sheen_and_coat_lie_over_the_rest():
+    """Sheen over coat over specular over diffuse. Files of 3.x have a fifth of the sheen and a quarter of the coat."""
+    inputs = {"Clearcoat": 0.8, "Clearcoat_Roughness": 0.1, "Sheen": 0.5} if V1 else {
+        "Coat_Weight": 0.8, "Coat_Roughness": 0.1, "Coat_IOR": 1.6, "Coat_Tint": (0.9, 0.8, 0.7), "Sheen_Weight": 0.5,
+        "Sheen_Tint": (1.0, 0.5, 0.2), "Sheen_Roughness": 0.4}
+    steps, notes = principled(Base_Color=(0.2, 0.4, 0.6), Metallic=0.25, **inputs)
+    sheen = ("sheen", 0.1, {"roughness": 0.5}) if V1 else ("sheen", (0.5, 0.25, 0.1), {"roughness": 0.4})
+    coat = ("specular", 0.2 if V1 else 0.8, {"roughness": 0.1, "ior": 1.5 if V1 else 1.6, "multiscatter": 1})
+    tint = () if V1 else (("layer_absorption", 0.8, {"ior": 1.6} | rgb("tint", 0.9, 0.8, 0.7)),)
+    check(steps, sheen, ("layer_sheen", *sheen[1:]), coat, ("layer_specular", *coat[1:]), *tint, ("metal", 0.25, {}),
+          ("specular", 0.75, {}), ("layer_specular", 1, {}), ("diffuse", (0.15, 0.3, 0.45), {}))
+    assert not notes
+
+
+def test_principled_rough_diffuse():
+    if not V1:
+        steps, _ = principled(**{"Base_Color": (0.2, 0.4, 0.6), PRINCIPLED["level"]: 0.0, "Diffuse_Roughness": 0.5})
+        check(steps, ("rough_diffuse", (0.2, 0.4, 0.6), {"roughness": 0.5} | rgb("albedo", 0.2, 0.4, 0.6)))
+
+
+def test_principled_film():
+    if V1:
+        return
+    steps, notes = principled(**{"Base_Color": (0.25, 0.25, 0.25), "Roughness": 0.3, "Thin_Film_Thickness": 300.0,
+                                 "Thin_Film_IOR": 1.4, PRINCIPLED["transmission"]: 0.5})
+    film = {"thickness": 300.0, "film_ior": 1.4}
+    both = film | {"roughness_x": 0.3, "roughness_y": 0.3}
+    check(steps, ("film_glass", 0.5, film | {"roughness": 0.3}), ("film_specular", 0.5, both),
+          ("layer_film_specular", 1, both), ("diffuse", 0.125, {}))
+    assert not notes
+
+
 def test_principled_leaves_out_by_name():
-    _, notes = principled(**{"Clearcoat" if V1 else "Coat_Weight": 1.0, "Anisotropic": 0.3})
-    assert any("coat" in what for what in notes) and any("anisotropy" in what for what in notes)
+    _, notes = principled(**{"Subsurface" if V1 else "Subsurface_Weight": 1.0, "Anisotropic": 0.3})
+    assert any("subsurface" in what for what in notes) and any("anisotropy" in what for what in notes)
+    bpy.data.materials.remove(bpy.data.materials["tested"])
+    _, notes = principled(**{"Clearcoat" if V1 else "Coat_Weight": 1.0, PRINCIPLED["emission"]: (1.0, 1.0, 1.0),
+                             "Emission_Strength": 1.0})
+    assert any("emission" in what for what in notes)
 
 
 def test_constants_are_folded():
@@ -199,14 +284,16 @@ def test_textures_are_named_and_the_socket_counts():
         assert any(all(word in what for word in words) for what in notes), notes
 
 
-def test_two_coats_are_named():
+def test_two_stacks_begin_anew():
     def build(tree, output):
         mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"])
         node(tree, "ShaderNodeBsdfPrincipled", mix.inputs[1], Roughness=0.2)
         node(tree, "ShaderNodeBsdfPrincipled", mix.inputs[2], Roughness=0.6)
     steps, notes, _ = exported(build)
-    assert [s[0] for s in steps].count("layer_specular") == 1 and steps[-1][0] == "diffuse"
-    assert any("approximately" in what for what in notes)
+    assert [s[0] for s in steps] == ["specular", "specular", "layer_specular", "diffuse", "layer_reset",
+                                     "layer_specular", "diffuse"]
+    near([steps[k][2]["roughness"] for k in (0, 1, 2, 5)], [0.2, 0.6, 0.2, 0.6])
+    assert not notes
 
 
 def test_without_nodes_and_without_material():
@@ -247,6 +334,16 @@ def test_metallic_node():
     steps, _ = surface("ShaderNodeBsdfMetallic", "GGX", Base_Color=(0.9, 0.7, 0.3), Edge_Tint=(1.0, 0.9, 0.8),
                        Roughness=0.2)
     check(steps, ("metal", 1, {"roughness": 0.2} | rgb("f0", 0.9, 0.7, 0.3) | rgb("f82", 1.0, 0.9, 0.8)))
+    bpy.data.materials.remove(bpy.data.materials["tested"])
+
+    def build(tree, output):
+        made = node(tree, "ShaderNodeBsdfMetallic", output.inputs["Surface"], Roughness=0.2)
+        made.fresnel_type = "PHYSICAL_CONDUCTOR"
+        made.inputs["IOR"].default_value, made.inputs["Extinction"].default_value = (0.2, 0.9, 1.1), (3.9, 2.4, 2.2)
+    steps, notes, _ = exported(build)
+    wanted = {"roughness": 0.2, "multiscatter": 1} | rgb("n", 0.2, 0.9, 1.1) | rgb("k", 3.9, 2.4, 2.2)
+    check(steps, ("conductor", 1, wanted))
+    assert not notes
 
 
 run_all(sys.modules[__name__])

@@ -24,8 +24,11 @@ __kernel void probe_albedo(__global const Instruction *instruction, int backfaci
   int i = get_global_id(0);
   Closure c = make_closure(*instruction);
   real3 v = get3(wo, i);
-  put3(albedo, i, c.op == OP_LAYER_SPECULAR ? layer_closure(c, backfacing, tables, v)
-                                            : albedo_closure(c, backfacing, tables, v));
+#define X(number, name) | (c.op == number)
+  int is_layer = 0 LAYERS(X);
+#undef X
+  put3(albedo, i, is_layer ? layer_closure(c, backfacing, tables, v, splat3(REAL(1.0)))
+                           : albedo_closure(c, backfacing, tables, v));
 }
 
 __kernel void probe_function(int function, __global const float *xs, __global const float *ys,

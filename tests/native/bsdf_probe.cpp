@@ -49,7 +49,7 @@ void probe_albedo(const Instruction *instruction, int backfacing, const float *_
 #define X(number, name)                                                                    \
   case number:                                                                             \
     _Pragma("omp simd") for (int i = 0; i < n; ++i)                                        \
-        put3(albedo, i, layer_##name(c, backfacing, tables, get3(wo, i)));                 \
+        put3(albedo, i, layer_##name(c, backfacing, tables, get3(wo, i), splat3(REAL(1.0)))); \
     break;
     LAYERS(X)
 #undef X

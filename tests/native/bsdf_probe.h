@@ -33,6 +33,8 @@ FN void put3(GLOBAL real *v, int i, real3 x) {
   X(3, log, log_real(x))         \
   X(4, acos, acos_real(x))       \
   X(5, atan2, atan2_real(x, y))  \
-  X(6, pow, pow_real(x, y))
+  X(6, pow, pow_real(x, y))      \
+  X(7, log1p, log1p_real(fabs(x))) \
+  X(8, expm1, expm1_real(-fabs(x)))
 
 #endif

@@ -44,12 +44,12 @@ def same_bits(a, b) -> bool:
 
 
 def random_case(rng, closure: str, names) -> Case:
-    values = {name: float(PARAMS[name](rng)) if name in PARAMS else METAL.get(name, float(rng.random()))
-              for name in names}
+    values = {name: float(PARAMS[kind](rng)) if (kind := name.split("_")[0]) in PARAMS
+              else METAL.get(name, float(rng.random())) for name in names}
     return Case(closure, values, int(rng.integers(2)))
 
 
-@pytest.mark.parametrize("closure", [*CLOSURES, "layer_specular"])
+@pytest.mark.parametrize("closure", [*CLOSURES, *(name for name in OPERATIONS if name.startswith("layer_"))])
 def test_closures(plain, other, closure):
     rng = np.random.default_rng(41)
     for _ in range(6):

@@ -6,13 +6,23 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.bsdf_cases import Case, direction, integrate_pdf, reflections, refractions
+from tests.bsdf_cases import (
+    TOONS,
+    Case,
+    anisotropic,
+    diffuses,
+    direction,
+    fabrics,
+    integrate_pdf,
+    reflections,
+    refractions,
+)
 from tests.kernel_lib import CppKernels
 
 SAMPLES = 200_000
 SIGNIFICANCE = 0.01  # of all tests of this file together
 
-CASES = [Case("diffuse")]
+CASES = [*diffuses(), *TOONS, *fabrics(0.3), *fabrics(1.0), *anisotropic(0.5, 0.25), *anisotropic(0.2, 0.6)]
 for roughness in (0.01, 0.1, 0.4, 1.0):
     CASES += reflections(roughness)
     CASES += refractions(roughness)
@@ -59,7 +69,8 @@ def test_sampling_follows_pdf(kernels, case, mu):
     assert p_value > SIGNIFICANCE / (len(CASES) * len(ANGLES)), f"chi2 {statistic:.0f} of {freedom}"
 
 
-@pytest.mark.parametrize("case", [*reflections(0.0), *refractions(0.0), Case("transparent")], ids=str)
+@pytest.mark.parametrize("case", [*reflections(0.0), *refractions(0.0), *anisotropic(0.0, 0.0), Case("transparent")],
+                         ids=str)
 def test_delta_is_never_evaluated(kernels, case):
     rng = np.random.default_rng(3)
     wo = np.tile(direction(0.6), (1000, 1))

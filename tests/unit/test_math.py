@@ -82,6 +82,14 @@ def test_pow_of_zero(kernels):
     np.testing.assert_array_equal(kernels.function("pow", [0, 0, 0, 1], [0, 0.5, 3, 7]), [1, 0, 0, 1])
 
 
+def test_log1p_and_expm1(kernels):
+    x = np.geomspace(1e-30, 80, 1_000_001).astype(np.float32)
+    exact = x.astype(np.float64)
+    np.testing.assert_allclose(kernels.function("log1p", x), np.log1p(exact), rtol=6e-7)
+    np.testing.assert_allclose(kernels.function("expm1", x), np.expm1(-exact), rtol=6e-7)
+    np.testing.assert_array_equal([kernels.function(name, [0.0])[0] for name in ("log1p", "expm1")], 0)
+
+
 def test_reference_build_agrees_with_numpy():
     reference = CppKernels(reference=True)
     x = np.linspace(-0.99, 0.99, 1001)

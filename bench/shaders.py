@@ -1,0 +1,71 @@
+"""Each shader's ball against Cycles: channel means over the ball, as a statistical statement.
+
+    python -m bench.shaders [WORD] [--samples 64] [--replicates 8]
+
+blend_scenes/make_shader_grid.py makes the scene; WORD keeps shaders whose names hold it. Prints a row of JSON for
+each: ratios of the channel means ours / Cycles' with half their 95 % intervals, and the notes of its export.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from bench.common import ROOT, print_row
+from bench.cycles_compare import render_both, same_bits
+from bench.cycles_process import CyclesError, find_python
+from bench.replicates import mean_ratios
+
+COLUMNS, RADIUS = 8, 0.43  # of the grid; a little less than the balls'
+MAKER = ROOT / "blend_scenes" / "make_shader_grid.py"
+
+
+def make_grid(path: Path, word: str) -> list[str]:
+    """Names of the balls of the scene, which is saved at `path`. Raises CyclesError."""
+    done = subprocess.run([find_python(), str(MAKER), str(path), word], capture_output=True, text=True)
+    names = next((line for line in done.stdout.splitlines() if line.startswith("SHADERS ")), None)
+    if names is None:
+        raise CyclesError(f"{MAKER.name} made no scene:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return json.loads(names.removeprefix("SHADERS "))
+
+
+def ball(images: np.ndarray, index: int, rows: int) -> np.ndarray:
+    """Pixels of a ball, (K, n, 1, 3); the grid fills the picture, rows from the bottom."""
+    side = images.shape[2] / COLUMNS
+    y, x = np.indices(images.shape[1:3]) + 0.5
+    inside = np.hypot(x / side - index % COLUMNS - 0.5, y / side - index // COLUMNS - 0.5) < RADIUS
+    assert images.shape[1] == round(rows * side)
+    return images[:, inside][:, :, None]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="bench.shaders", description="Compare shaders with Cycles.")
+    parser.add_argument("word", nargs="?", default="")
+    parser.add_argument("--samples", type=int, default=64, help="of each replicate")
+    parser.add_argument("--replicates", type=int, default=8)
+    options = parser.parse_args()
+    beyond = 0
+    with tempfile.TemporaryDirectory() as folder:
+        blend = Path(folder) / "grid.blend"
+        names = make_grid(blend, options.word)
+        both = render_both(blend, 0, options.samples, options.replicates)
+        rows = math.ceil(len(names) / COLUMNS)
+        for k, name in enumerate(names):
+            means = mean_ratios(*(ball(both[engine], k, rows) for engine in ("isophote", "cycles")))
+            beyond += any(mean["verdict"] == "beyond" for mean in means)
+            notes = [note["what"] for note in both["scene"].notes if note["name"] == name]
+            print_row({"shader": name, "ratios": [round(mean["ratio"], 5) for mean in means],
+                       "half_intervals": [round(mean["half_interval"], 5) for mean in means],
+                       "verdict": "/".join(sorted({mean["verdict"] for mean in means})), "notes": notes})
+        print_row({"opencl": same_bits(both["scene"], both["settings"])})
+    return 1 if beyond else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
