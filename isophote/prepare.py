@@ -183,7 +183,8 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
                                         domain=a[:, :, 1].ravel(), components=a[:, :, 2].ravel()),
         "attribute_values": scene.attribute_values if len(scene.attribute_values) else np.zeros(a.size, np.float32),
         "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
-        "instance_values": scene.instance_values,
+        "instance_values": scene.instance_values if len(scene.instance_values) else np.zeros(
+            scene.instance_values.shape[1], np.float32),
         "images": make_records("Image", len(i), first=i[:, 0] // 4, width=i[:, 1], height=i[:, 2], channels=i[:, 3],
                                texel=i[:, 4], flags=i[:, 5]),
         "texels": texels.view(np.uint32),

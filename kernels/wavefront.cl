@@ -190,7 +190,7 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
       BsdfValue value = eval_closure(one, at.backfacing, s.albedo_tables, wo, wi);
       if (SCENE_FEATURES & FEATURE_BUMP) {
         value = one_sided_closure(at.ng, wi_world, wi, value);
-        if (has_own_frame(i) && is_diffuse(i.op)) value = soften_bump(at.ns, own_frame(i, r).z, wi_world, value);
+        if ((i.flags & INSTRUCTION_SOFTENED) && is_diffuse(i.op)) value = soften_bump(at.ns, own_frame(i, r).z, wi_world, value);
       }
       sum = add_closure(sum, value, weight, share, all.total);
     } else {

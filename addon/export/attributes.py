@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import compat
 from .hashes import hash_words, to_unit
+from .pointiness import pointiness_of
 from .tangents import corner_tangents
 
 MESH, VERTEX, TRIANGLE, CORNER = 1, 2, 3, 4  # DOMAIN_ numbers of kernels/scene_records.h
@@ -100,6 +101,12 @@ def island(mesh, _):
     return "FACE", to_unit(hash_words(roots[compat.corner_vertices(mesh)[starts]]))[:, None]
 
 
+def pointiness(mesh, _):
+    edges = compat.read_all(mesh.edges, "vertices", 2, np.int32)
+    normals = compat.read_all(mesh.vertex_normals, "vector", 3, np.float32)
+    return "POINT", pointiness_of(compat.vertex_positions(mesh).reshape(-1, 3), normals, edges)[:, None]
+
+
 def roots_of_islands(count: int, edges: list) -> np.ndarray:
     """The vertex that stands for each vertex's island, i8 (count): which one follows from the order of edges (Galler
     and Fischer 1964, "An Improved Equivalence Algorithm", by rank), and the random number from it."""
@@ -121,7 +128,8 @@ def roots_of_islands(count: int, edges: list) -> np.ndarray:
     return np.array([find(x) for x in range(count)], np.int64)
 
 
-READERS = {"uv": uv_map, "named": named, "generated": generated, "color": color, "tangent": tangent, "island": island}
+READERS = {"uv": uv_map, "named": named, "generated": generated, "color": color, "tangent": tangent, "island": island,
+           "pointiness": pointiness}
 
 
 def join_attributes(keys: list[tuple[str, str]], meshes: list[dict]) -> dict[str, np.ndarray]:

@@ -29,6 +29,7 @@ class Layer:
     params: dict = field(default_factory=dict)
     normal: tuple | None = None  # its own, numbers or Values; None: the surface's
     tangent: tuple | None = None
+    softened: bool = True  # materials.Instruction
 
 
 @dataclass
@@ -41,6 +42,7 @@ class Closure:
     layers: tuple[Layer, ...] = ()
     normal: tuple | None = None
     tangent: tuple | None = None
+    softened: bool = True
 
 
 def arrange(closures: list[Closure]) -> list[Instruction]:
@@ -53,7 +55,8 @@ def arrange(closures: list[Closure]) -> list[Instruction]:
             program.append(make_instruction("layer_reset", (1.0, 1.0, 1.0)))
             above = ()
         for step in (*closure.layers[len(above):], closure):
-            program.append(make_instruction(step.operation, step.weight, step.normal, step.tangent, **step.params))
+            frame = (step.normal, step.tangent, step.softened)
+            program.append(make_instruction(step.operation, step.weight, *frame, **step.params))
         above = closure.layers
     return program
 
@@ -93,11 +96,13 @@ def rgb(name: str, color) -> dict:
 
 def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure]:
     """The closures of a node, and the layers over them, with its normal where they have none."""
-    normal = normal_of(values, node, stack)
+    normal, linked = normal_of(values, node, stack), values.is_linked(node, stack, "Normal")
     layers: dict[Layer, Layer] = {}
 
     def turned(each):
-        made = each if each.normal or normal is None else replace(each, normal=normal_for(each.operation, normal))
+        made = each
+        if normal is not None and not each.normal:  # that of a displacement is the surface's own for whoever asks
+            made = replace(each, normal=normal_for(each.operation, normal), softened=linked)
         if each.operation.startswith("aniso_"):
             made = replace(made, tangent=tangent_of(values, node, stack, made.normal))
         return made

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 # Of the keys (kind, name) by which attributes are asked for.
-ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island")
+ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness")
 
 
 class Lookups:
@@ -25,7 +25,7 @@ class Lookups:
 
     def attribute(self, kind: str, name: str = "") -> int:
         """The number of an attribute: kind "uv" with a map's name ("": the active one), "tangent" with that of the map
-        along which it runs, "color" likewise, "named" with an attribute's, "generated" or "island"."""
+        along which it runs, "color" likewise, "named" with an attribute's, "generated", "island" or "pointiness"."""
         assert kind in ATTRIBUTE_KINDS
         return self.attributes.setdefault((kind, name), len(self.attributes))
 

@@ -2,7 +2,7 @@
 
     python blend_scenes/nodes/make_inputs.py -- FOLDER
 
-Writes inputs.blend (values that patches emit, noise-free), paths.blend (Light Path, over floors
+Writes inputs.blend and instances.blend (values that patches emit, noise-free), paths.blend (Light Path, over floors
 that scatter light in different ways) and normals.blend (normal maps, bump and displacement under a sun). Needs bpy.
 """
 
@@ -120,7 +120,7 @@ def make_inputs() -> None:
     cases.append(node_output("ShaderNodeTexCoord", "Object", object=other))
     cases += [node_output("ShaderNodeNewGeometry", name) for name in
               ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing",
-               "Random Per Island")]
+               "Random Per Island", "Pointiness")]
     cases += [node_output("ShaderNodeObjectInfo", name) for name in
               ("Location", "Color", "Alpha", "Object Index", "Material Index", "Random")]
     cases += [node_output("ShaderNodeLayerWeight", name, {"Blend": blend}) for name in ("Fresnel", "Facing")
@@ -147,6 +147,7 @@ def make_inputs() -> None:
         add_shape(shapes[number % 3], f"patch {number}", place_of(number), material,
                   scale=(mirrored, 1.0, 0.8), rotation=(0.4, 0.3, 0.2))
     frame(len(cases))
+    bpy.context.scene.cycles.filter_width = 0.01  # a pixel is the value at its centre
 
 
 def with_normal(build, shader: str = "ShaderNodeBsdfDiffuse", roughness: float = 0.3):
@@ -219,7 +220,8 @@ def make_normals() -> None:
     steep = 0.5 + 0.5 * 0.8660254, 0.5, 0.75
     cases = [normal_map("TANGENT", 1.0), normal_map("TANGENT", 0.4), normal_map("TANGENT", 1.7),
              normal_map("TANGENT", 1.0, steep), normal_map("OBJECT", 1.0), normal_map("WORLD", 0.6),
-             normal_map("BLENDER_OBJECT", 1.0), normal_map("BLENDER_WORLD", 1.0), normal_map("WORLD", 1.0, (0.5,) * 3),
+             normal_map("BLENDER_OBJECT", 1.0, (0.6, 0.4, 0.1)), normal_map("BLENDER_WORLD", 0.8, (0.4, 0.7, 0.2)),
+             normal_map("WORLD", 1.0, (0.5,) * 3),
              bump(1.0, 1.0), bump(0.5, 2.0), bump(1.0, 1.0, True),
              displacement("ShaderNodeDisplacement", "OBJECT", 1.0),
              displacement("ShaderNodeDisplacement", "WORLD", 1.0),
@@ -290,7 +292,46 @@ def make_paths() -> None:
     frame(number, 8)
 
 
-SCENES = {"inputs": make_inputs, "normals": make_normals, "paths": make_paths}
+def grid(name: str, place) -> bpy.types.Object:
+    """A square of nine faces with a UV map, from which others are instanced."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=3, y_subdivisions=3, size=0.9)
+    ob = bpy.context.active_object
+    ob.name, ob.location = name, place
+    ob["tint"] = 0.9, 0.3, 0.1
+    return ob
+
+
+def make_instances() -> None:
+    """Tiles that faces and particles of a grid carry: what they know of themselves and of what carries them."""
+    empty_scene()
+    faces = [node_output("ShaderNodeTexCoord", name, from_instancer=True) for name in ("Generated", "UV")]
+    faces += [node_output("ShaderNodeUVMap", "UV", from_instancer=True),
+              node_output("ShaderNodeObjectInfo", "Random"), node_output("ShaderNodeObjectInfo", "Location"),
+              node_output("ShaderNodeAttribute", "Color", attribute_name="tint", attribute_type="INSTANCER")]
+    particles = [node_output("ShaderNodeParticleInfo", name) for name in
+                 ("Index", "Random", "Age", "Lifetime", "Location", "Size")]
+    for number, build in enumerate(faces + particles):
+        carrier = grid(f"grid {number}", place_of(number))
+        shape = "tile" if number < len(faces) else "ball"  # particles turn what they carry
+        tile = add_shape(shape, f"{shape} {number}", place_of(number), emitting(f"{number}", build, 0.1, 0.3),
+                         scale=(0.2, 0.2, 0.2))
+        if number < len(faces):
+            carrier.instance_type, carrier.show_instancer_for_render = "FACES", False
+            tile.parent, tile.location = carrier, (0.0, 0.0, 0.0)
+            continue
+        tile.location.z = -5.0  # far below: only the particles' copies show
+        tile.location.x += 100.0
+        carrier.show_instancer_for_render = False
+        settings = carrier.modifiers.new("particles", "PARTICLE_SYSTEM").particle_system.settings
+        settings.count, settings.frame_start, settings.frame_end, settings.lifetime = 20, 0.0, 1.0, 40.0
+        settings.render_type, settings.instance_object, settings.particle_size = "OBJECT", tile, 0.5
+        settings.physics_type, settings.size_random, settings.lifetime_random = "NO", 0.5, 0.3
+    bpy.context.scene.frame_set(1)  # where particle systems begin
+    frame(len(faces + particles))
+    bpy.context.scene.cycles.filter_width = 0.01
+
+
+SCENES = {"inputs": make_inputs, "instances": make_instances, "normals": make_normals, "paths": make_paths}
 
 
 def main(folder: Path) -> None:

@@ -60,23 +60,23 @@ FN Edges triangle_edges(Scene s, Point at) {
   return e;
 }
 
-/* Half of what a pixel covers where the ray met the surface, metres, as the camera saw it from so far: Igehy 1999,
- * "Tracing Ray Differentials", with one radius for both directions. Longer paths count with their last ray only. */
-FN real footprint_radius(Scene s, Point at) {
+/* How wide a pixel is where the ray met the surface, metres, as the camera would see it from so far: Igehy 1999, "Tracing
+ * Ray Differentials", with one width for all directions. Longer paths count with their last ray only. */
+FN real footprint_width(Scene s, Point at) {
   Camera c = s.camera[0];
   real pixel = REAL(0.5) * (fabs(to_real(c.right) - to_real(c.left)) / real_of(c.width) +
                             fabs(to_real(c.top) - to_real(c.bottom)) / real_of(c.height));
-  real radius = c.kind == CAMERA_PERSPECTIVE ? pixel * at.length : pixel;
+  real width = c.kind == CAMERA_PERSPECTIVE ? pixel * at.length : pixel;
   /* Below that float32 tells points of the surface no longer apart. */
-  return max_real(radius, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
+  return max_real(width, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
 }
 
 /* Steps along the surface, a footprint long, at right angles: their vectors in the world, and by how much the weights of
  * the triangle's second and third corner change on the way. */
 VALUE(footprint) {
-  real radius = footprint_radius(s, at);
+  real width = footprint_width(s, at);
   Frame frame = make_frame(at.ng);
-  real3 dx = frame.x * radius, dy = frame.y * radius;
+  real3 dx = frame.x * width, dy = frame.y * width;
   Edges e = triangle_edges(s, at);
   real3 n = cross3(e.e1, e.e2);
   real square = dot3(n, n);
@@ -121,9 +121,13 @@ VALUE(window_point) {
                      (p.y * scale - bottom) / (to_real(c.top) - bottom), REAL(0.0)))
 }
 
-/* 1 within half of the size of an edge of the triangle (o.data: in pixels), in the object's space. */
+/* 1 within half of the size of an edge of the triangle, metres; o.data: pixels, as they are seen from the side. */
 VALUE(wireframe) {
-  real width = IN(0) * REAL(0.5) * (o.data ? REAL(2.0) * footprint_radius(s, at) : REAL(1.0));
+  Frame frame = make_frame(at.ng);
+  real seen_x = safe_sqrt(REAL(1.0) - square(dot3(frame.x, at.direction)));
+  real seen_y = safe_sqrt(REAL(1.0) - square(dot3(frame.y, at.direction)));
+  real pixel = footprint_width(s, at) * REAL(0.5) * (seen_x + seen_y);
+  real width = IN(0) * REAL(0.5) * (o.data ? pixel : REAL(1.0));
   Edges e = triangle_edges(s, at);
   uint swapped = instance_of(s, at)->visibility & INSTANCE_MIRRORED;
   real b1 = swapped ? at.v : at.u, b2 = swapped ? at.u : at.v, b0 = REAL(1.0) - b1 - b2;

@@ -70,7 +70,7 @@ VALUE(blended_normal) {
 VALUE(bump) {
   real3 n = IN3(0);
   real h = IN(3), strength = max_real(IN(6), REAL(0.0));
-  real scale = IN(7) / (footprint_radius(s, at) * to_real(o.number));
+  real scale = IN(7) / (footprint_width(s, at) * to_real(o.number));
   Frame frame = make_frame(at.ng);
   real3 rx = cross3(frame.y, n), ry = cross3(n, frame.x);
   real det = dot3(frame.x, rx);

@@ -32,7 +32,7 @@ FN int is_mirrored(Scene s, Point at) {
 VALUE(constant) { OUT(0) = to_real(o.number); }
 /* Blender's world, not relative to the scene's origin. */
 VALUE(position) { OUT3(0, at.p + load3(s.world[0].origin)) }
-VALUE(shading_normal) { OUT3(0, at.ns) }
+VALUE(shading_normal) { OUT3(0, unbent_normal(s, at)) }
 VALUE(true_normal) { OUT3(0, at.ng) }
 VALUE(incoming) { OUT3(0, -at.direction) }
 /* Attribute o.data, 0 where the mesh has none. */

@@ -40,9 +40,8 @@ def geometry(values, node, socket, stack):
         return triple(1.0 - u - v, u, 0.0)
     if socket.name == "Backfacing":
         return call1("backfacing")
-    if socket.name == "Random Per Island" and values.lookups:
-        return call1("attribute", data=values.lookups.attribute("island"))
-    return None
+    kind = {"Pointiness": "pointiness", "Random Per Island": "island"}.get(socket.name)
+    return call1("attribute", data=values.lookups.attribute(kind)) if kind and values.lookups else None
 
 
 def uv_of(values, name: str = "", from_instancer: bool = False):

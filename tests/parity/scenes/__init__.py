@@ -3,6 +3,7 @@
 import numpy as np
 
 from isophote.scene import Scene
+from tests.parity.scenes.inputs import inputs
 from tests.scenes import (
     CAMERA,
     DIFFUSE,
@@ -137,7 +138,7 @@ def closures() -> Scene:
     return b.make()
 
 
-SCENES = {scene.__name__: scene for scene in (cornell_like, spheres, instances, lamps, closures)}
+SCENES = {scene.__name__: scene for scene in (cornell_like, spheres, instances, lamps, closures, inputs)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -145,4 +146,5 @@ SETTINGS = {
     "instances": dict(film_transparent=True),
     "lamps": dict(diffuse_bounces=1, clamp_direct=4.0, clamp_indirect=1.0),
     "closures": dict(seed=7),
+    "inputs": dict(max_bounces=6),
 }
