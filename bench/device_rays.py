@@ -19,7 +19,8 @@ import numpy as np
 from bench.common import print_row
 from bench.rays import room
 from isophote.device import DeviceError, opencl_info
-from isophote.materials import PARAMS, make_instruction
+from isophote.material_program import join_materials, make_material
+from isophote.materials import make_instruction
 from isophote.opencl import OpenCLDevice
 from isophote.prepare import prepare
 from isophote.records import numbers
@@ -72,12 +73,8 @@ class TimedDevice(OpenCLDevice):
 
 def white_room(triangles: int) -> Scene:
     """The room with a diffuse material of albedo 0.8."""
-    weight, constants = make_instruction("diffuse", (0.8, 0.8, 0.8))[1:3]
     scene = room(triangles)
-    return replace(scene, arrays=scene.arrays | {
-        "material_first": np.array([0, 1], np.uint32), "instruction_op": np.array([1], np.int32),
-        "instruction_weight": np.array([weight], np.float32),
-        "instruction_params": np.array([constants], np.float32).reshape(1, PARAMS)})
+    return replace(scene, arrays=scene.arrays | join_materials([make_material([make_instruction("diffuse", 3 * (0.8,))])]))
 
 
 def measure(scene: Scene, spec: str, samples: int, rounds: int) -> dict:

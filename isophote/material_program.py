@@ -8,7 +8,7 @@ import numpy as np
 
 from isophote.materials import OPERATIONS, PARAMS, Instruction
 from isophote.records import numbers
-from isophote.values import Number, Program, Value, add, call1, compile_program, operations, varies
+from isophote.values import Number, Program, ProgramTooLarge, Value, add, call1, compile_program, operations, varies
 
 
 @dataclass
@@ -32,8 +32,11 @@ FRAMELESS = {OPERATIONS[name][0] for name in ("emission", "transparent")}
 
 
 def make_material(instructions: list[Instruction]) -> MaterialProgram:
-    """Registers for all that varies. Raises values.ProgramTooLarge where there are too few."""
+    """Registers for all that varies. Raises values.ProgramTooLarge where there are too few, or too many instructions."""
     instructions = summed(summed(instructions, "emission"), "transparent")
+    count = sum(each.op != OPERATIONS["emission"][0] for each in instructions)
+    if count > numbers()["MOST_INSTRUCTIONS"]:
+        raise ProgramTooLarge(f"it has {count} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible")
     placed = [with_frame(each) for each in instructions]
     transparent = OPERATIONS["transparent"][0]
     framed = any(each.normal is not None for each in placed)

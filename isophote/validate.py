@@ -243,6 +243,10 @@ def material_problems(scene: Scene) -> list[Problem]:
     finite = np.isfinite(scene.instruction_params).all(axis=1) & np.isfinite(scene.instruction_weight).all(axis=1)
     for row in np.flatnonzero(~finite)[:10]:
         problems.append(Problem("error", owner(row), "a constant is not finite"))
+    counts = np.diff(np.cumsum([0, *(ops != OPERATIONS["emission"][0])])[scene.material_first.astype(np.int64)])
+    for material in np.flatnonzero(counts > numbers()["MOST_INSTRUCTIONS"]):
+        problems.append(Problem("error", scene.name_of("materials", material),
+                                f"{counts[material]} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible"))
     return problems or value_problems(scene)
 
 

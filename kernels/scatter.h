@@ -5,8 +5,6 @@
 #include "bsdf/bsdf.h"
 #include "values/program.h"
 
-#define MAX_CLOSURES 32 /* instructions of one program; validate.py names materials that have more */
-
 /* Operations that are closures; the others change the layer weight. */
 FN int is_closure(int op) {
   switch (op) {

@@ -124,6 +124,7 @@ typedef struct {
 /* One closure or layer of a material, 64 bytes (bsdf/bsdf.h lists the operations). Weight and parameters are constants,
  * or, of one that varies, numbers of the registers that hold them. */
 #define INSTRUCTION_PARAMS 11
+#define MOST_INSTRUCTIONS 32 /* of a material, emission not counted */
 #define INSTRUCTION_VARIES 1u
 #define INSTRUCTION_BUMPS 2u /* its normal is not the surface's */
 #define INSTRUCTION_SOFTENED 4u /* of a diffuse closure: the edge that the surface's normal casts on it is softened */

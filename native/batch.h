@@ -40,8 +40,8 @@ struct Batch {
   alignas(64) real layer_r[CAPACITY], layer_g[CAPACITY], layer_b[CAPACITY];
   alignas(64) real total[CAPACITY], choice_u[CAPACITY], chosen_share[CAPACITY];
   alignas(64) int chosen[CAPACITY];
-  alignas(64) real weight_r[MAX_CLOSURES][CAPACITY], weight_g[MAX_CLOSURES][CAPACITY], weight_b[MAX_CLOSURES][CAPACITY];
-  alignas(64) real share[MAX_CLOSURES][CAPACITY];
+  alignas(64) real weight_r[MOST_INSTRUCTIONS][CAPACITY], weight_g[MOST_INSTRUCTIONS][CAPACITY], weight_b[MOST_INSTRUCTIONS][CAPACITY];
+  alignas(64) real share[MOST_INSTRUCTIONS][CAPACITY];
   /* value of the BSDF towards the light or the next direction */
   alignas(64) real fr[CAPACITY], fg[CAPACITY], fb[CAPACITY], pdf[CAPACITY];
   /* sampled direction, and its cosine to the closure's normal */

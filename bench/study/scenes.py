@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from isophote import trees
-from isophote.materials import PARAMS, make_instruction
+from isophote.material_program import join_materials, make_material
+from isophote.materials import make_instruction
 from isophote.prepare import Prepared, prepare
 from isophote.scene import Scene, load_scene, make_scene, resized
 from isophote.validate import clean
@@ -85,13 +86,10 @@ def make_room(triangles: int, size: int = 64) -> Scene:
     corners = np.concatenate(parts)
     colours = [(0.8, 0.8, 0.8), (0.7, 0.1, 0.1), (0.1, 0.6, 0.1), (12, 11, 9), (0.6, 0.6, 0.8)]
     steps = [make_instruction("emission" if k == 3 else "diffuse", colour) for k, colour in enumerate(colours)]
-    assert all(len(step[2]) == PARAMS for step in steps)
     return make_scene(
         resolution=(size, size), camera_kind=0, camera_to_world=np.eye(3, 4), camera_window=(-0.5, 0.5, -0.5, 0.5),
         camera_clip=(1e-3, 1e4), vertices=corners.reshape(-1, 3), triangles=np.arange(3 * len(corners)).reshape(-1, 3),
         triangle_slots=slots, mesh_vertices=(0, 3 * len(corners)), mesh_triangles=(0, len(corners)),
         mesh_normals=(-1,), instance_mesh=(0,), instance_to_world=np.eye(3, 4)[None], instance_slots=(0,),
         instance_visibility=(31,),
-        slot_materials=np.arange(len(colours)), material_first=np.arange(len(colours) + 1),
-        instruction_op=[s[0] for s in steps], instruction_weight=[s[1] for s in steps],
-        instruction_params=[s[2] for s in steps])
+        slot_materials=np.arange(len(colours)), **join_materials([make_material([step]) for step in steps]))

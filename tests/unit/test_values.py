@@ -103,6 +103,13 @@ def test_too_many_values_are_an_error():
         compile_program([], [x + float(k) for k in range(300)])
 
 
+def test_too_many_closures_are_an_error():
+    diffuse = make_instruction("diffuse", (0.01, 0.01, 0.01))
+    assert len(make_material([diffuse] * 32).instructions) == 32
+    with pytest.raises(ProgramTooLarge, match="33 closures and layers, 32 are possible"):
+        make_material([diffuse] * 33)
+
+
 def test_several_transparent_closures_become_one():
     x, y, z = position()
     instructions = [make_instruction("transparent", (x, x, x)), make_instruction("diffuse", (0.5, 0.5, 0.5)),
