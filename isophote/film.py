@@ -43,8 +43,15 @@ def two_sum(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     not finite."""
     s = a + b
     rest = s - a
-    error = (a - (s - rest)) + (b - rest)
-    return s, np.where(np.isfinite(s), error, 0.0) if error.any() else error
+    error = s - rest
+    np.subtract(a, error, out=error)
+    error += np.subtract(b, rest, out=rest)
+    return s, np.where(np.isfinite(s), error, 0.0) if any_of(error) else error
+
+
+def any_of(values: np.ndarray) -> bool:
+    """Whether a value is not 0. For floats `values.any()` takes five times as long."""
+    return bool((values != 0.0).any())
 
 
 class Total:
@@ -89,7 +96,7 @@ class Total:
                 if lo is not None:
                     total, error = two_sum(total, error + lo[chunk])
                 own[place] = total
-                if self.lo is None and error.any():
+                if self.lo is None and any_of(error):
                     self.lo = np.zeros_like(self.hi)
                 if self.lo is not None:
                     self.lo.reshape(-1)[place] = error
@@ -211,7 +218,7 @@ class Film:
         if self.open_samples:
             raise FilmError(f"the block holds {self.open_samples} of {BLOCK} samples and stays open")
         for plane, total in zip(self.open, self.totals, strict=True):
-            if plane.any():
+            if any_of(plane):
                 total.add(plane)
         self.open.fill(0.0)
 
@@ -243,9 +250,9 @@ class Film:
         """The next blocks that pixels lack, at most `most`, to be added by `add_blocks`."""
         parts, _ = self.turn.give(most)
         pixels, lacks = (np.concatenate(of) for of in ([part.pixels for part in parts], [part.lacks for part in parts]))
-        rows, columns = np.divmod(pixels, self.shape[1])
+        rows = pixels // self.shape[1]
         made = np.empty((len(pixels), 3), np.int32)
-        made[:, 0], made[:, 1] = columns + self.region[0], rows + self.region[1]
+        made[:, 0], made[:, 1] = pixels - rows * self.shape[1] + self.region[0], rows + self.region[1]
         made[:, 2] = self.limits.reshape(-1)[pixels] - BLOCK * lacks
         return WorkItem((0, 0, len(pixels), 1), 0, BLOCK, made)
 
@@ -262,7 +269,7 @@ class Film:
         for part in parts:
             end = at + len(part.pixels)
             for plane, total in zip(sums[:, 0, at:end], self.totals, strict=True):
-                if plane.any():
+                if any_of(plane):
                     total.add_listed(plane, part.pixels)
             self.ends.reshape(-1)[part.pixels] += BLOCK
             at = end
@@ -273,7 +280,7 @@ class Film:
     def sum(self, plane: int) -> np.ndarray:
         """Sum of a plane over all samples, float64 (h, w): the same bits however the samples were split."""
         total = self.totals[plane]
-        if self.open_samples and self.open[plane].any():
+        if self.open_samples and any_of(self.open[plane]):
             total = total.copy()
             total.add(self.open[plane])
         return np.zeros(self.shape) if total.hi is None else total.hi + 0.0  # + 0.0: one sign of zero
