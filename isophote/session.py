@@ -33,6 +33,7 @@ from isophote.schedule import (
     next_samples,
 )
 from isophote.settings import Settings
+from isophote.statistics import Luminance, luminance_of
 from isophote.validate import check
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ class Session:
         self._lately = (0.0, 0.0)  # seconds and paths of the last items
         self._leaves = False
         self._claim, self._claim_due, self._claim_at = Claim(None, None, None), 0.0, -1
+        self._seen: Luminance | None = None  # what the last claim saw, until the next item
         self._looks: list[tuple[int, float]] = []  # samples and error_95 where the render might have stopped
         self.why_stopped = ""
         self._scene: Scene | None = scene  # until it is hashed
@@ -222,8 +224,10 @@ class Session:
         film, most = self.film, self.end // BLOCK * BLOCK
         if film.ends is not None and film.settled or film.ends is None and self.goes_adaptive():
             adaptive = self.settings.adaptive and self.settings.error_target > 0.0
-            film.allow(next_limits(film, self.settings.error_target, most) if adaptive else
+            seen = self._seen if self._claim_at == film.paths else None
+            film.allow(next_limits(film, self.settings.error_target, most, seen) if adaptive else
                        np.full(film.shape, most))
+        self._seen = None
         left = self.settings.time_limit - self.elapsed() if self.settings.time_limit > 0.0 else ITEM_SECONDS
         seconds = min(ITEM_SECONDS, max(0.0, left))
         if film.ends is not None:
@@ -286,7 +290,8 @@ class Session:
         """What is known of the error; estimated anew where `fresh`, else when that costs little of the time."""
         now = time.perf_counter()
         if self._claim_at != self.film.paths and (fresh or now >= self._claim_due):
-            self._claim, self._claim_at = claim_of(self.film), self.film.paths
+            self._seen, self._claim_at = luminance_of(self.film), self.film.paths
+            self._claim = claim_of(self.film, self._seen)
             cost = time.perf_counter() - now
             self._claim_due = now + cost / ERROR_SHARE
         return self._claim

@@ -10,7 +10,7 @@ from noise_device import NoiseDevice, hashed, radiance, tiny_scene
 from test_session import bits, rendered
 from test_session import settings as of
 
-from isophote.adaptive import GROWTH, next_limits, price_of, wanted_samples
+from isophote.adaptive import GROWTH, WITHIN, X, at_price, next_limits, price_of, wanted_samples, within_at_price
 from isophote.confidence import SHARE, claim_of
 from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
 from isophote.passes import PASSES, make_passes
@@ -216,9 +216,14 @@ def test_the_price_leaves_the_wanted_share_within_the_error():
 
 
 def wanted_samples_of(k):
-    from isophote.adaptive import X, at_price
-
     return k * X[at_price(price_of(k), k)]
+
+
+@pytest.mark.parametrize("price", [1e-9, 1e-3, 0.7, 1e4])
+def test_the_table_looked_up_in_sorted_numbers(price):
+    k = np.sort(np.exp(np.random.default_rng(8).normal(0.0, 3.0, 5000)))
+    k[:3], k[100:200] = 0.0, k[100]
+    assert (within_at_price(price, k) == WITHIN[at_price(price, k)]).all()
 
 
 def test_wanted_samples_scale_with_the_error():
