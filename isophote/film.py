@@ -23,6 +23,7 @@ import numpy as np
 
 from isophote.files import replacing
 from isophote.schedule import BLOCK, Region, WorkItem
+from isophote.totals import Total, add_parts, any_of
 from isophote.turns import Turn, first_turn
 
 FORMAT = 3
@@ -36,70 +37,6 @@ LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_boun
 
 class FilmError(ValueError):
     """Films that do not fit together, or a film's file that cannot be used; the message says which."""
-
-
-def two_sum(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(s, e) with s = fl(a + b) and s + e = a + b exactly (Knuth, TAOCP 2, 4.2.2, theorem B); e is 0 where s is
-    not finite."""
-    s = a + b
-    rest = s - a
-    error = s - rest
-    np.subtract(a, error, out=error)
-    error += np.subtract(b, rest, out=rest)
-    return s, np.where(np.isfinite(s), error, 0.0) if any_of(error) else error
-
-
-def any_of(values: np.ndarray) -> bool:
-    """Whether a value is not 0. For floats `values.any()` takes five times as long."""
-    return bool((values != 0.0).any())
-
-
-class Total:
-    """A plane's sum over blocks as two float64 a value, (hi, lo) of shape (h, w); hi is the sum's nearest float64.
-
-    Sums of float32 are exact in it while they span fewer than some 60 powers of two (Dekker 1971), so
-    their order does not matter. Nothing is allocated before it is needed: `hi` is None for a plane of
-    zeros, `lo` while every sum was exact in float64, which is the usual case.
-    """
-
-    CHUNK = 1 << 15  # values worked on at once, so that temporaries stay in the cache
-
-    __slots__ = ("hi", "lo")
-
-    def __init__(self, hi: np.ndarray | None = None, lo: np.ndarray | None = None):
-        self.hi, self.lo = hi, lo
-
-    def copy(self) -> Total:
-        return Total(*(None if half is None else half.copy() for half in (self.hi, self.lo)))
-
-    def add(self, hi: np.ndarray, lo: np.ndarray | None = None) -> None:
-        """Add a plane of values (float32 or float64), or another total's two halves."""
-        if self.hi is None:
-            self.hi, self.lo = hi.astype(np.float64), None if lo is None else lo.copy()
-            return
-        self.add_to([slice(k, k + self.CHUNK) for k in range(0, hi.size, self.CHUNK)], hi.ravel(),
-                    None if lo is None else lo.ravel())
-
-    def add_listed(self, values: np.ndarray, pixels: np.ndarray) -> None:
-        """Add values (n) to `pixels`, indices into the flat plane that has `hi` already, none of them twice."""
-        self.add_to([pixels[k:k + self.CHUNK] for k in range(0, len(pixels), self.CHUNK)], values)
-
-    def add_to(self, places: list, hi: np.ndarray, lo: np.ndarray | None = None) -> None:
-        """Add CHUNK values after CHUNK values to `places` (slices or indices) of the flat plane."""
-        own = self.hi.reshape(-1)
-        with np.errstate(invalid="ignore"):  # inf - inf, where a device delivered them
-            for number, place in enumerate(places):
-                chunk = slice(number * self.CHUNK, (number + 1) * self.CHUNK)
-                total, error = two_sum(own[place], hi[chunk].astype(np.float64, copy=False))
-                if self.lo is not None:
-                    total, error = two_sum(total, error + self.lo.reshape(-1)[place])
-                if lo is not None:
-                    total, error = two_sum(total, error + lo[chunk])
-                own[place] = total
-                if self.lo is None and any_of(error):
-                    self.lo = np.zeros_like(self.hi)
-                if self.lo is not None:
-                    self.lo.reshape(-1)[place] = error
 
 
 class Film:
@@ -265,14 +202,9 @@ class Film:
         given = sum(len(part.pixels) for part in parts)
         if sums.shape != (self.planes, 1, given):
             raise FilmError(f"sums {sums.shape} are no blocks of {self.planes} planes, of which {given} are lacking")
-        at = 0
+        add_parts(self.totals, parts, sums[:, 0])
         for part in parts:
-            end = at + len(part.pixels)
-            for plane, total in zip(sums[:, 0, at:end], self.totals, strict=True):
-                if any_of(plane):
-                    total.add_listed(plane, part.pixels)
             self.ends.reshape(-1)[part.pixels] += BLOCK
-            at = end
         self.turn = turn
         self._paths += BLOCK * given
         self.ended += np.asarray(ended, np.uint64)
