@@ -87,6 +87,7 @@ class Session:
         self._seconds = 0.0
         self._paths_by_device: dict[str, int] = {}  # of this session, without those of a film that it was given
         self._lately = (0.0, 0.0)  # seconds and paths of the last items
+        self._room = np.zeros(0, np.float32)  # for the sums of blocks: new memory costs more than they do
         self._leaves = False
         self._claim, self._claim_due, self._claim_at = Claim(None, None, None), 0.0, -1
         self._seen: Luminance | None = None  # what the last claim saw, until the next item
@@ -240,7 +241,7 @@ class Session:
     def render_item(self) -> None:
         film, item = self.film, self.next_item()
         blocks = item.pixels is not None
-        sums = np.zeros((film.planes, 1, len(item.pixels)), np.float32) if blocks else film.open
+        sums = self.sums_of_blocks(len(item.pixels)) if blocks else film.open
         before = time.perf_counter()
         try:
             added = self.device.render(item, self.settings, sums, self.cancelled)
@@ -258,6 +259,14 @@ class Session:
         elif added:
             film.add_blocks(sums, self.device.ended)
         self.hash_scene()
+
+    def sums_of_blocks(self, count: int) -> np.ndarray:
+        """Zeros for an item of so many blocks, float32 (planes, 1, count), in memory that is used again."""
+        size = self.film.planes * count
+        if size > len(self._room):
+            self._room = np.empty(size, np.float32)
+        self._room[:size] = 0.0
+        return self._room[:size].reshape(self.film.planes, 1, count)
 
     def note_speed(self, seconds: float, paths: int) -> None:
         """Note an item. It counts twice as much as the one before, and small ones count little."""
