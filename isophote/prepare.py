@@ -18,9 +18,9 @@ from isophote.scene import Scene
 from isophote.values import operation_of, operations
 from isophote.world_map import make_world_map
 
-TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "translucent")
+TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
-             "beckmann", "ashikhmin_shirley", "layer_absorption", "layer_reset")
+             "beckmann", "beckmann_glass", "ashikhmin_shirley", "layer_absorption", "layer_reset")
 FILTER_STEPS = 1024
 VALUE_FAMILIES = 8  # kernels/values/values.h
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
@@ -100,6 +100,7 @@ def make_world(scene: Scene) -> np.ndarray:
     material = scene.world_material[0] if len(scene.world_material) else numbers()["NONE"]
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
                         hidden=scene.world_hidden, attributes=scene.mesh_attributes.shape[1],
+                        instance_columns=scene.instance_values.shape[1],
                         registers=registers_used(scene))
 
 
@@ -201,7 +202,7 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
     start[:, n["DOMAIN_TRIANGLE"]] = scene.mesh_triangles[:-1]
     start[:, n["DOMAIN_CORNER"]] = 3 * scene.mesh_triangles[:-1].astype(np.int64)
     first = a[:, :, 0] - a[:, :, 2] * np.take_along_axis(start, a[:, :, 1], axis=1)
-    i, info = scene.images.astype(np.int64), scene.instance_info
+    i = scene.images.astype(np.int64)
     texels = np.zeros(-(-len(scene.image_texels) // 4) * 4, np.uint8)
     texels[:len(scene.image_texels)] = scene.image_texels
     return {
@@ -210,8 +211,8 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
                                         domain=a[:, :, 1].ravel(), components=a[:, :, 2].ravel()),
         "attribute_values": scene.attribute_values if len(scene.attribute_values) else np.zeros(a.size, np.float32),
         "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
-        "instance_infos": make_records("InstanceInfo", len(info), color=info[:, :3], alpha=info[:, 3],
-                                       index=info[:, 4], random=info[:, 5]),
+        "instance_values": scene.instance_values if len(scene.instance_values) else np.zeros(
+            scene.instance_values.shape[1], np.float32),
         "images": make_records("Image", len(i), first=i[:, 0], width=i[:, 1], height=i[:, 2], channels=i[:, 3],
                                texel=i[:, 4], flags=i[:, 5]),
         "texels": texels.view(np.uint32),

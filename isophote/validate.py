@@ -71,7 +71,7 @@ def clean(scene: Scene) -> tuple[Scene, list[dict]]:
 
 def check(scene: Scene) -> tuple[list[Problem], Scene, list[dict]]:
     """(validate's problems, clean's scene and notes), looking at everything once; the scene itself after an error."""
-    problems = camera_problems(scene) + index_problems(scene) + material_problems(scene)
+    problems = camera_problems(scene) + (index_problems(scene) or material_problems(scene))
     notes: list[dict] = []
     if not any(problem.severity == "error" for problem in problems):  # the rest indexes with what was just checked
         bad = find_bad(scene)
@@ -246,8 +246,8 @@ def material_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", owner(row), "a constant is not finite"))
     counts = np.diff(np.cumsum([0, *(ops != OPERATIONS["emission"][0])])[scene.material_first.astype(np.int64)])
     for material in np.flatnonzero(counts > numbers()["MOST_INSTRUCTIONS"]):
-        problems.append(Problem("error", scene.name_of("materials", material),
-                                f"{counts[material]} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible"))
+        what = f"{counts[material]} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible"
+        problems.append(Problem("error", scene.name_of("materials", material), what))
     return problems or value_problems(scene)
 
 
@@ -285,13 +285,19 @@ def value_problems(scene: Scene) -> list[Problem]:
 
 def data_outside(scene: Scene) -> np.ndarray:
     """Mask (Z) of steps that name an attribute, an image or an entry of the tables that there is not."""
-    lengths = {"attribute": scene.mesh_attributes.shape[1], "image": len(scene.images)}
+    attributes = scene.mesh_attributes.shape[1]
+    lengths = {"attribute": attributes, "attribute_at": attributes, "image": len(scene.images),
+               "instance_value": scene.instance_values.shape[1]}
     outside = np.zeros(len(scene.step_op), bool)
     for name, length in lengths.items():
         if name in operations():
             outside |= (scene.step_op == operations()[name].number) & (scene.step_data >= length)
     for row in np.flatnonzero(scene.step_op == operations()["tiled_image"].number):
         outside[row] = tiles_outside(scene, int(scene.step_data[row]))
+    for name in ("table", "table_extended", "table_stepped"):
+        end = scene.step_data + scene.step_number.astype(np.float64)
+        fits = (scene.step_number >= 2.0) & (end <= len(scene.value_tables))
+        outside |= (scene.step_op == operations()[name].number) & ~fits
     return outside
 
 
@@ -321,8 +327,8 @@ def table_problems(scene: Scene) -> list[Problem]:
     end = 4 * i[:, 0] + i[:, 1] * i[:, 2] * i[:, 3] * size
     for image in np.flatnonzero(~fits | (size == 0) | (end > len(scene.image_texels))):
         problems.append(Problem("error", scene.name_of("images", image), "its pixels lie outside the array"))
-    if len(scene.instance_info) not in (0, len(scene.instance_mesh)):
-        problems.append(Problem("error", "instances", "there is not one row of info for each"))
+    if len(scene.instance_values) not in (0, len(scene.instance_mesh)):
+        problems.append(Problem("error", "instances", "there is not one row of values for each"))
     return problems
 
 

@@ -48,7 +48,7 @@ def operation_of(number: int) -> str | None:
 
 
 # The families that read the shaded point or the scene's data, and so are never constant.
-SOURCES = {name for name, each in operations().items() if each.number // 32 in (0, 6) and name != "constant"}
+SOURCES = {name for name, each in operations().items() if each.number // 32 in (0, 6, 7) and name != "constant"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +190,9 @@ def maximum(a: Number, b: Number) -> Number:
 
 
 def clamp(x: Number, low: float = 0.0, high: float = 1.0) -> Number:
-    return minimum(maximum(x, low), high)
+    if varies(x, low, high):
+        return call1("clamp", x, low, high)
+    return min(max(float(x), low), high)
 
 
 def square_root(x: Number) -> Number:
@@ -202,7 +204,18 @@ def mix(a: Number, b: Number, t: Number) -> Number:
     """a (1 - t) + b t."""
     if is_number(t, 0.0) or (not isinstance(a, Value) and not isinstance(b, Value) and float(a) == float(b)):
         return a
-    return b if is_number(t, 1.0) else add(multiply(a, subtract(1.0, t)), multiply(b, t))
+    if is_number(t, 1.0):
+        return b
+    if is_number(a, 0.0) or is_number(b, 0.0) or not varies(a, b, t):
+        return add(multiply(a, subtract(1.0, t)), multiply(b, t))
+    return call1("mix", a, b, t)
+
+
+def select(which: Number, a: Number, b: Number) -> Number:
+    """a where `which` is not 0, else b."""
+    if not isinstance(which, Value):
+        return a if which else b
+    return call1("select", which, a, b)
 
 
 def is_number(x: Number, number: float) -> bool:
@@ -314,6 +327,22 @@ class Schedule:
         registers = {key_of(each): first[id(self.call_of(each))] + (each.output if isinstance(each, Value) else 0)
                      for each in wanted}
         return Program(steps, shadow_steps, used, registers)
+
+
+def rewritten(wanted: Number, change) -> Number:
+    """The expression with some of its calls replaced: change(call, inputs) returns the numbers that stand for a call's
+    outputs, or None where it stays what it is; `inputs` are the call's, rewritten already."""
+    schedule, outputs = Schedule(), {}
+    schedule.add(wanted)
+    for call in schedule.calls:
+        inputs = tuple(outputs[id(each.call)][each.output] if isinstance(each, Value) else each for each in call.inputs)
+        made = change(call, inputs)
+        if made is None:
+            same = all(a is b or a == b for a, b in zip(inputs, call.inputs, strict=True))
+            made = (tuple(Value(call, k) for k in range(operations()[call.name].outputs)) if same else
+                    ARITHMETIC.call(call.name, inputs, data=call.data, repeat=call.repeat, number=call.number))
+        outputs[id(call)] = made
+    return outputs[id(wanted.call)][wanted.output] if isinstance(wanted, Value) else wanted
 
 
 def find_run(free: list[bool], count: int) -> int:

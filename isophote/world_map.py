@@ -75,8 +75,8 @@ def row_angles(height: int) -> np.ndarray:
 
 
 def refined(bright: np.ndarray) -> np.ndarray:
-    """Four cells of each, linearly between their middles: as pictures are interpolated. With cells of the size of texels
-    most of a small sun would lie in cells half of which is dark."""
+    """Four cells of each, linearly between their middles: as pictures are interpolated. With cells of the size of
+    texels most of a small sun would lie in cells half of which is dark."""
     height, width = bright.shape
     rows = np.pad(bright, ((1, 1), (0, 0)), mode="edge")
     made = np.empty((2 * height, width), bright.dtype)

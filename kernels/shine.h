@@ -37,7 +37,7 @@ FN Connection shine(Scene s, Params params, Connection c, uint features, real *r
   if (is_world || ray.skip_instance != NONE) {
     Material m = s.materials[at.material];
     if (m.flags & MATERIAL_EMISSION_VARIES) {
-      compute_values(s, m, m.steps, at, ray, h, 0u, uint_of(c.passed), r);
+      compute_values(s, m, m.steps, at, ray, h, c.bounces + 1u, c.passed, r);
       c.brought.light = c.brought.light * material_emission(m, r);
     }
   }

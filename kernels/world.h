@@ -5,6 +5,7 @@
  * 3rd ed., section 14.2.4), kept as cumulated chances alone: a cell's chance is the difference that drawing it sees. */
 #ifndef ISOPHOTE_WORLD_H
 #define ISOPHOTE_WORLD_H
+#include "elementary.h"
 #include "surface.h"
 
 /* What a ray that leaves the scene "hits". No instance is asked of it: like a sphere it has none. */

@@ -8,14 +8,20 @@ import numpy as np
 from .images import MISSING, Picture
 
 IMAGE_SRGB, IMAGE_DIVIDE_ALPHA = 1, 2  # flags of kernels/scene_records.h
-ATTRIBUTE_KINDS = ("uv", "named", "generated")  # of the keys (kind, name) by which attributes are asked for
+# Of the keys (kind, name) by which attributes are asked for.
+ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness")
 
 
 class Lookups:
-    """Numbers what materials ask for; collected while they are exported. `frame` is the scene's."""
+    """Numbers what materials ask for; collected while they are exported.
 
-    def __init__(self, frame: int = 0):
-        self.frame = frame
+    `frame` is the scene's; `view_layer_value(name)` is the value of a property of the view layer, the scene or the
+    world, four numbers.
+    """
+
+    def __init__(self, frame: int, view_layer_value):
+        self.frame, self.view_layer_value = frame, view_layer_value
+        self.instance_columns: dict[tuple[str, str, int], int] = {}
         self.attributes: dict[tuple[str, str], int] = {}
         self._images: dict[tuple, int] = {}  # by key and flags
         self._rows: list[tuple] = []
@@ -27,10 +33,14 @@ class Lookups:
         self._length = 0
 
     def attribute(self, kind: str, name: str = "") -> int:
-        """The number of an attribute: kind "uv" with a map's name ("": the active one), "named" with an attribute's, or
-        "generated"."""
+        """The number of an attribute: kind "uv" with a map's name ("": the active one), "tangent" with that of the map
+        along which it runs, "color" likewise, "named" with an attribute's, "generated", "island" or "pointiness"."""
         assert kind in ATTRIBUTE_KINDS
         return self.attributes.setdefault((kind, name), len(self.attributes))
+
+    def instance(self, kind: str, name: str = "", part: int = 0) -> int:
+        """The column of what is known of each instance (instance_values.py has the kinds)."""
+        return self.instance_columns.setdefault((kind, name, part), len(self.instance_columns))
 
     def table(self, entries) -> int:
         """Where a row of numbers begins in value_tables; equal rows are kept once."""

@@ -4,6 +4,7 @@
  * operations that a scene uses: bit k of VALUES_USED_n stands for number 32 n + k. */
 #ifndef ISOPHOTE_VALUES_VALUES_H
 #define ISOPHOTE_VALUES_VALUES_H
+#include "attribute.h"
 #include "value.h"
 
 #ifndef VALUES_USED_0
@@ -28,17 +29,44 @@
 #else
 #define VALUES_MATH(X)
 #endif
+#if VALUES_USED_2
+#include "vector_math.h"
+#else
+#define VALUES_VECTOR_MATH(X)
+#endif
+#if VALUES_USED_3
+#include "colour.h"
+#else
+#define VALUES_COLOUR(X)
+#endif
 #if VALUES_USED_6
 #include "image.h"
+#include "space.h"
+#include "table.h"
 #else
 #define VALUES_IMAGE(X)
+#define VALUES_SPACE(X)
+#define VALUES_TABLE(X)
+#endif
+#if VALUES_USED_7
+#include "geometry.h"
+#include "normals.h"
+#else
+#define VALUES_GEOMETRY(X)
+#define VALUES_NORMALS(X)
 #endif
 
 /* X(number, name, inputs, outputs): value_NAME exists. */
 #define VALUES(X) \
   VALUES_SOURCE(X) \
   VALUES_MATH(X) \
-  VALUES_IMAGE(X)
+  VALUES_VECTOR_MATH(X) \
+  VALUES_COLOUR(X) \
+  VALUES_IMAGE(X) \
+  VALUES_SPACE(X) \
+  VALUES_TABLE(X) \
+  VALUES_GEOMETRY(X) \
+  VALUES_NORMALS(X)
 
 #define VALUES_USED(family) \
   ((family) == 0 ? VALUES_USED_0 : (family) == 1 ? VALUES_USED_1 : (family) == 2 ? VALUES_USED_2 : \

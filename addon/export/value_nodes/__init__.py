@@ -7,6 +7,7 @@ cannot express in part it says by values.note.
 
 from __future__ import annotations
 
-from . import converters, images, inputs
+from . import arithmetic, colours, curves, images, inputs, normals, vectors
 
-NODES = {**inputs.NODES, **converters.NODES, **images.NODES}
+NODES = {**inputs.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES, **images.NODES,
+         **normals.NODES}
