@@ -103,7 +103,9 @@ def make_camera(scene: Scene) -> np.ndarray:
     return make_records(
         "Camera", 1, x=matrix[:, 0], y=matrix[:, 1], z=matrix[:, 2], position=matrix[:, 3], left=left, right=right,
         bottom=bottom, top=top, clip_start=scene.camera_clip[0], clip_end=scene.camera_clip[1],
-        kind=scene.camera_kind, width=scene.resolution[0], height=scene.resolution[1])
+        lens=scene.camera_lens[0], focus=scene.camera_lens[1], blades=scene.camera_lens[2],
+        blade_rotation=scene.camera_lens[3], lens_ratio=scene.camera_lens[4], kind=scene.camera_kind,
+        width=scene.resolution[0], height=scene.resolution[1])
 
 
 def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -235,6 +237,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np
         "FEATURE_SMOOTH": (buffers["instances"]["visibility"] & n["INSTANCE_SMOOTH"]).any(),
         "FEATURE_SLOTS": len(buffers["slots"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),
+        "FEATURE_LENS": scene.camera_lens[0] > 0,
         "FEATURE_VALUES": len(scene.step_op) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
     }

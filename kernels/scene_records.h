@@ -30,6 +30,7 @@
 #define FEATURE_SLOTS 512u     /* some triangle has another material slot than 0 */
 #define FEATURE_VALUES 1024u   /* some material computes values for each point */
 #define FEATURE_BUMP 2048u     /* some closure has a normal of its own */
+#define FEATURE_LENS 4096u /* a camera with a lens: depth of field */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -42,6 +43,9 @@ typedef struct {
   packed3 x, y, z, position; /* axes of the camera in the world; it looks along -z */
   float left, right, bottom, top; /* window at distance 1 (perspective) or in metres (orthographic) */
   float clip_start, clip_end;
+  float lens, focus; /* radius of a thin lens, 0: a point; distance that it has in focus */
+  int blades; /* of its aperture, 0: round */
+  float blade_rotation, lens_ratio; /* radians; height over width */
   int kind;
   int width, height; /* of the full frame, pixels */
 } Camera;
