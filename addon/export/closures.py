@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from isophote.materials import Instruction, make_instruction
-from isophote.values import clamp, is_number, maximum, varies
+from isophote.values import clamp, maximum, varies
 
+from .anisotropy import is_stretched, tangent_of
 from .nodes import find_input
-from .value_nodes.normals import default_tangent
 from .values import Values, not_negative, saturate, source
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
@@ -103,8 +103,9 @@ def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure
         made = each
         if normal is not None and not each.normal:  # that of a displacement is the surface's own for whoever asks
             made = replace(each, normal=normal_for(each.operation, normal), softened=linked)
-        if each.operation.startswith("aniso_"):
-            made = replace(made, tangent=tangent_of(values, node, stack, made.normal))
+        if is_stretched(each.params):
+            tangent = tangent_of(values, node, stack, made.normal)
+            made = replace(made, tangent=None if tangent is None else tuple(tangent))
         return made
 
     for each in closures:
@@ -129,19 +130,6 @@ def normal_of(values: Values, node, stack, *names: str):
     if not varies(normal) and not any(normal) or all(a == b for a, b in zip(normal, own, strict=True)):
         return None
     return source("unit_normal", *normal)
-
-
-def tangent_of(values: Values, node, stack, normal=None):
-    """The tangent along which an anisotropic closure's first roughness runs; None where the surface has none.
-
-    `normal` is that of the closure, None for the surface's own.
-    """
-    linked = values.is_linked(node, stack, "Tangent")
-    tangent = values.vector(node, stack, "Tangent") if linked else default_tangent(values)
-    rotation = values.number(node, stack, "Rotation", "Anisotropic Rotation")
-    if tangent is None or is_number(rotation, 0.0):
-        return tangent
-    return source("turned_tangent", *tangent, *(source("shading_normal") if normal is None else normal), rotation)
 
 
 def note_unless(values, node, stack, name, neutral, what) -> None:

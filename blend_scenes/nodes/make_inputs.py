@@ -215,6 +215,20 @@ def displacement(kind: str, space: str, scale: float):
     return build
 
 
+def brushed(shader: str, inputs: dict, along: str | None):
+    """An anisotropic shader: along its own tangent, along that around an axis or that of the UV map."""
+    material, tree, output = new_material("brushed")
+    closure = tree.nodes.new(shader)
+    for name, value in ({"Roughness": 0.4} | inputs).items():
+        closure.inputs[name].default_value = value
+    tree.links.new(closure.outputs[0], output.inputs["Surface"])
+    if along:
+        tangent = tree.nodes.new("ShaderNodeTangent")
+        tangent.direction_type, tangent.axis = ("UV_MAP", "Z") if along == "UV" else ("RADIAL", along)
+        tree.links.new(tangent.outputs[0], closure.inputs["Tangent"])
+    return material
+
+
 def make_normals() -> None:
     empty_scene()
     steep = 0.5 + 0.5 * 0.8660254, 0.5, 0.75
@@ -234,6 +248,16 @@ def make_normals() -> None:
             tilt = (3.3, 0.3, 0.2) if number % 9 == 1 else (0.4, 0.3, 0.2)  # some show their backs
             add_shape(shape, f"patch {number}", place_of(number, 9), with_normal(build, shader, 0.35),
                       scale=(-1.0 if number % 2 else 1.0, 1.0, 0.7), rotation=tilt)
+            number += 1
+    glossy, principled, metal = (f"ShaderNodeBsdf{name}" for name in ("Anisotropic", "Principled", "Metallic"))
+    for shader, inputs in ((glossy, {"Anisotropy": 0.7}), (glossy, {"Anisotropy": -0.5, "Rotation": 0.1}),
+                           (principled, {"Anisotropic": 0.8, "Metallic": 1.0}),
+                           (principled, {"Anisotropic": 0.5, "Anisotropic Rotation": 0.3}),
+                           (metal, {"Anisotropy": 0.9})):
+        for along in (None, "Z", "UV"):
+            shape = ("ball", "torus", "tile")[number % 3]
+            add_shape(shape, f"patch {number}", place_of(number, 9), brushed(shader, inputs, along),
+                      scale=(1.0, 1.0, 0.7), rotation=(0.4, 0.3, 0.2))
             number += 1
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     lamp.data.energy, lamp.data.angle, lamp.rotation_euler = 2.0, 0.3, (0.5, 0.6, 0.0)
