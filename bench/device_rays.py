@@ -74,7 +74,8 @@ class TimedDevice(OpenCLDevice):
 def white_room(triangles: int) -> Scene:
     """The room with a diffuse material of albedo 0.8."""
     scene = room(triangles)
-    return replace(scene, arrays=scene.arrays | join_materials([make_material([make_instruction("diffuse", 3 * (0.8,))])]))
+    white = make_material([make_instruction("diffuse", (0.8, 0.8, 0.8))])
+    return replace(scene, arrays=scene.arrays | join_materials([white]))
 
 
 def measure(scene: Scene, spec: str, samples: int, rounds: int) -> dict:

@@ -40,6 +40,10 @@ def grid() -> dict:
         for rough in (0.3, 0.8):
             shaders[f"glossy {distribution.lower()} {rough}"] = (
                 "ShaderNodeBsdfAnisotropic", {"distribution": distribution}, {"Color": GOLD, "Roughness": rough})
+    for kind in ("Refraction", "Glass"):
+        for distribution in ("GGX", "BECKMANN"):
+            shaders[f"{kind.lower()} {distribution.lower()}"] = (
+                f"ShaderNodeBsdf{kind}", {"distribution": distribution}, {"Color": GOLD, "Roughness": 0.4, "IOR": 1.5})
     for fresnel in ("F82", "PHYSICAL_CONDUCTOR"):
         for distribution in ("GGX", "MULTI_GGX"):
             shaders[f"metallic {fresnel.lower()} {distribution.lower()}"] = (

@@ -32,7 +32,10 @@ FRAMELESS = {OPERATIONS[name][0] for name in ("emission", "transparent")}
 
 
 def make_material(instructions: list[Instruction]) -> MaterialProgram:
-    """Registers for all that varies. Raises values.ProgramTooLarge where there are too few, or too many instructions."""
+    """Registers for all that varies.
+
+    Raises values.ProgramTooLarge where there are too few, or too many instructions.
+    """
     instructions = summed(summed(instructions, "emission"), "transparent")
     count = sum(each.op != OPERATIONS["emission"][0] for each in instructions)
     if count > numbers()["MOST_INSTRUCTIONS"]:

@@ -65,6 +65,8 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     "film_glass": (27, ("roughness", "multiscatter", "ior", "tint_r", "tint_g", "tint_b", "transmission_r",
                         "transmission_g", "transmission_b", "thickness", "film_ior")),
     "layer_film_specular": (28, FILM_SPECULAR),
+    # reflects: 1 for glass, 0 for refraction alone
+    "beckmann_glass": (29, ("roughness", "ior", "reflects", "tint_r", "tint_g", "tint_b")),
 }
 
 # Tints may be left out.
@@ -111,7 +113,7 @@ def is_delta(op: int, constants, varies: bool = False) -> bool:
     Where parameters vary that is not known of those that have a roughness.
     """
     name, names = next((name, names) for name, (number, names) in OPERATIONS.items() if number == op)
-    if "multiscatter" not in names and "roughness_x" not in names and name != "refraction":
+    if not {"multiscatter", "roughness_x"} & set(names) and name not in ("refraction", "beckmann_glass"):
         return name == "transparent"
     if varies:
         return False

@@ -17,9 +17,9 @@ from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
 
-TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "translucent")
+TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
-             "beckmann", "ashikhmin_shirley", "layer_absorption", "layer_reset")
+             "beckmann", "beckmann_glass", "ashikhmin_shirley", "layer_absorption", "layer_reset")
 FILTER_STEPS = 1024
 VALUE_FAMILIES = 8  # kernels/values/values.h
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}

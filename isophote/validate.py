@@ -71,7 +71,7 @@ def clean(scene: Scene) -> tuple[Scene, list[dict]]:
 
 def check(scene: Scene) -> tuple[list[Problem], Scene, list[dict]]:
     """(validate's problems, clean's scene and notes), looking at everything once; the scene itself after an error."""
-    problems = camera_problems(scene) + index_problems(scene) + material_problems(scene)
+    problems = camera_problems(scene) + (index_problems(scene) or material_problems(scene))
     notes: list[dict] = []
     if not any(problem.severity == "error" for problem in problems):  # the rest indexes with what was just checked
         bad = find_bad(scene)
@@ -245,8 +245,8 @@ def material_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", owner(row), "a constant is not finite"))
     counts = np.diff(np.cumsum([0, *(ops != OPERATIONS["emission"][0])])[scene.material_first.astype(np.int64)])
     for material in np.flatnonzero(counts > numbers()["MOST_INSTRUCTIONS"]):
-        problems.append(Problem("error", scene.name_of("materials", material),
-                                f"{counts[material]} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible"))
+        what = f"{counts[material]} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible"
+        problems.append(Problem("error", scene.name_of("materials", material), what))
     return problems or value_problems(scene)
 
 
@@ -291,6 +291,10 @@ def data_outside(scene: Scene) -> np.ndarray:
     for name, length in lengths.items():
         if name in operations():
             outside |= (scene.step_op == operations()[name].number) & (scene.step_data >= length)
+    for name in ("table", "table_extended", "table_stepped"):
+        end = scene.step_data + scene.step_number.astype(np.float64)
+        fits = (scene.step_number >= 2.0) & (end <= len(scene.value_tables))
+        outside |= (scene.step_op == operations()[name].number) & ~fits
     return outside
 
 

@@ -190,7 +190,9 @@ def maximum(a: Number, b: Number) -> Number:
 
 
 def clamp(x: Number, low: float = 0.0, high: float = 1.0) -> Number:
-    return minimum(maximum(x, low), high)
+    if varies(x, low, high):
+        return call1("clamp", x, low, high)
+    return min(max(float(x), low), high)
 
 
 def square_root(x: Number) -> Number:
@@ -202,7 +204,18 @@ def mix(a: Number, b: Number, t: Number) -> Number:
     """a (1 - t) + b t."""
     if is_number(t, 0.0) or (not isinstance(a, Value) and not isinstance(b, Value) and float(a) == float(b)):
         return a
-    return b if is_number(t, 1.0) else add(multiply(a, subtract(1.0, t)), multiply(b, t))
+    if is_number(t, 1.0):
+        return b
+    if is_number(a, 0.0) or is_number(b, 0.0) or not varies(a, b, t):
+        return add(multiply(a, subtract(1.0, t)), multiply(b, t))
+    return call1("mix", a, b, t)
+
+
+def select(which: Number, a: Number, b: Number) -> Number:
+    """a where `which` is not 0, else b."""
+    if not isinstance(which, Value):
+        return a if which else b
+    return call1("select", which, a, b)
 
 
 def is_number(x: Number, number: float) -> bool:

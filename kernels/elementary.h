@@ -13,25 +13,35 @@ FN real2 sin_cos_real(real x) { return make_real2(__builtin_sin(x), __builtin_co
 FN real exp_real(real x) { return __builtin_exp(x); }
 FN real log_real(real x) { return __builtin_log(max_real(x, 1.1754943508222875e-38)); }
 FN real acos_real(real x) { return __builtin_acos(min_real(max_real(x, -1.0), 1.0)); }
+FN real asin_real(real x) { return __builtin_asin(min_real(max_real(x, -1.0), 1.0)); }
 FN real atan2_real(real y, real x) { return __builtin_atan2(y + 0.0, x + 0.0); }
+FN real sinh_real(real x) { return __builtin_sinh(x); }
+FN real cosh_real(real x) { return __builtin_cosh(x); }
+FN real tanh_real(real x) { return __builtin_tanh(x); }
+FN real2 wide_sin_cos(real x) { return sin_cos_real(x); }
+FN real modulo_real(real x, real y) { return __builtin_fmod(x, y); }
 #else
 
 #define SMALLEST_NORMAL 1.17549435e-38f
 #define INFINITY_BITS 0x7f800000u
 
-/* (sin x, cos x) for |x| <= 8192, absolute error at most 2^-23.
- * Cody and Waite's reduction: x - j pi/2 with pi/2 in three parts, of which the first two times j
- * are exact; then x + x^3 P(x^2) and 1 - x^2/2 + x^4 Q(x^2) on |x| <= pi/4. */
-FN real2 sin_cos_real(real x) {
-  real turns = floor(x * 0.636619772f + 0.5f);
-  real r = ((x - turns * 1.5703125f) - turns * 4.83751297e-4f) - turns * 7.54978942e-8f;
+/* (sin, cos) of r in [-pi/4, pi/4] and so many right angles: r + r^3 P(r^2) and 1 - r^2/2 + r^4 Q(r^2). */
+FN real2 sin_cos_of_rest(real r, int quadrant) {
   real z = r * r;
   real s = r + r * z * ((-1.95172353e-4f * z + 8.33217800e-3f) * z - 0.166666552f);
   real c = (1.0f - 0.5f * z) + z * z * ((2.44383791e-5f * z - 1.38873665e-3f) * z + 4.16666456e-2f);
-  int quadrant = int_of(turns) & 3;
   real sine = (quadrant & 1) ? c : s;
   real cosine = (quadrant & 1) ? s : c;
   return make_real2((quadrant & 2) ? -sine : sine, ((quadrant + 1) & 2) ? -cosine : cosine);
+}
+
+/* (sin x, cos x) for |x| <= 8192, absolute error at most 2^-23.
+ * Cody and Waite's reduction: x - j pi/2 with pi/2 in three parts, of which the first two times j
+ * are exact. */
+FN real2 sin_cos_real(real x) {
+  real turns = floor(x * 0.636619772f + 0.5f);
+  real r = ((x - turns * 1.5703125f) - turns * 4.83751297e-4f) - turns * 7.54978942e-8f;
+  return sin_cos_of_rest(r, int_of(turns) & 3);
 }
 
 /* e^x within 1.5 ulp; 0 below -87.3 (no denormals) and infinity above 88.72.
@@ -64,20 +74,34 @@ FN real log_real(real x) {
   return (f + y) + real_of(n) * 0.693359375f;
 }
 
+/* arcsin s = s + s z P(z), z = s^2, for s in [0, 1/2]. */
+FN real small_arcsine(real s, real z) {
+  real p = (((4.22305539e-2f * z + 2.41409857e-2f) * z + 4.54783440e-2f) * z + 7.49523267e-2f) * z +
+           0.166667536f;
+  return s + s * z * p;
+}
+
 /* arccos within 1.5 ulp; arguments outside [-1, 1] count as the nearer end.
- * arcsin s = s + s^3 P(s^2) on |s| <= 1/2; beyond, arccos |x| = 2 arcsin sqrt((1 - |x|)/2). */
+ * Beyond 1/2, arccos |x| = 2 arcsin sqrt((1 - |x|)/2). */
 FN real acos_real(real x) {
   real a = min_real(fabs(x), 1.0f);
   int outer = a > 0.5f;
   real z = outer ? 0.5f * (1.0f - a) : a * a;
-  real s = outer ? sqrt(z) : a;
-  real p = (((4.22305539e-2f * z + 2.41409857e-2f) * z + 4.54783440e-2f) * z + 7.49523267e-2f) * z +
-           0.166667536f;
-  real arcsine = s + s * z * p;
+  real arcsine = small_arcsine(outer ? sqrt(z) : a, z);
   real signed_arcsine = x < 0.0f ? -arcsine : arcsine;
   real inner_value = 1.57079637f - (signed_arcsine + 4.37113883e-8f); /* pi/2 in two parts */
   real outer_value = x < 0.0f ? 3.14159274f - (2.0f * arcsine + 8.74227766e-8f) : 2.0f * arcsine;
   return outer ? outer_value : inner_value;
+}
+
+/* arcsin within 2.5 ulp; arguments outside [-1, 1] count as the nearer end. */
+FN real asin_real(real x) {
+  real a = min_real(fabs(x), 1.0f);
+  int outer = a > 0.5f;
+  real z = outer ? 0.5f * (1.0f - a) : a * a;
+  real arcsine = small_arcsine(outer ? sqrt(z) : a, z);
+  arcsine = outer ? 1.57079637f - (2.0f * arcsine + 4.37113883e-8f) : arcsine;
+  return x < 0.0f ? -arcsine : arcsine;
 }
 
 /* Angle of (x, y) in [-pi, pi] within 2 ulp; 0 at the origin; signs of zeros are ignored.
@@ -95,6 +119,74 @@ FN real atan2_real(real y, real x) {
   angle = steep ? 1.57079637f - (angle + 4.37113883e-8f) : angle;
   angle = x < 0.0f ? 3.14159274f - (angle + 8.74227766e-8f) : angle;
   return y < 0.0f ? -angle : angle;
+}
+
+/* e^|x| / 2 in two factors that multiply without overflow as long as the product is finite. */
+FN real exp_abs_halved(real x) {
+  real root = exp_real(0.5f * fabs(x));
+  return (0.5f * root) * root;
+}
+
+/* Within 4 ulp; infinite beyond 89.4. x + x^3 P(x^2) on [-1, 1]. */
+FN real sinh_real(real x) {
+  real z = x * x, half_exp = exp_abs_halved(x);
+  real outer = half_exp - 0.25f / half_exp;
+  real inner = x + x * z * ((2.03774049e-4f * z + 8.33021104e-3f) * z + 0.166667178f);
+  return fabs(x) > 1.0f ? (x < 0.0f ? -outer : outer) : inner;
+}
+
+/* Within 4 ulp; infinite beyond 89.4. */
+FN real cosh_real(real x) {
+  real half_exp = exp_abs_halved(x);
+  return half_exp + 0.25f / half_exp;
+}
+
+/* Within 2 ulp. x + x^3 P(x^2) on [-0.625, 0.625], beyond 1 - 2 / (e^2x + 1). */
+FN real tanh_real(real x) {
+  real a = fabs(x), z = x * x;
+  real outer = 1.0f - 2.0f / (exp_real(2.0f * a) + 1.0f);
+  real p = (((-5.71704516e-3f * z + 2.06505880e-2f) * z - 5.37434965e-2f) * z + 0.133314908f) * z - 0.333332837f;
+  return a > 0.625f ? (x < 0.0f ? -outer : outer) : x + x * z * p;
+}
+
+/* a b - p, where p is the rounded product: exact while nothing over- or underflows (Dekker 1971). */
+FN real product_error(real a, real b, real p) {
+  STRICT_FP
+  real wide_a = 4097.0f * a, wide_b = 4097.0f * b;
+  real high_a = wide_a - (wide_a - a), high_b = wide_b - (wide_b - b);
+  real low_a = a - high_a, low_b = b - high_b;
+  return ((high_a * high_b - p) + high_a * low_b + low_a * high_b) + low_a * low_b;
+}
+
+/* (sin x, cos x), absolute error at most 2^-23 for |x| < 1e7; beyond, where floats are 1 and more apart, (0, 1).
+ * pi/2 in two parts, the first times j exactly. */
+FN real2 wide_sin_cos(real x) {
+  STRICT_FP
+  real within = fabs(x) < 1.0e7f ? x : 0.0f;
+  real turns = floor(within * 0.636619772f + 0.5f);
+  real whole = turns * 1.57079637f;
+  real rest = ((within - whole) - product_error(turns, 1.57079637f, whole)) + turns * 4.37113883e-8f;
+  real more = floor(rest * 0.636619772f + 0.5f); /* of large x the turns were rounded */
+  rest = (rest - more * 1.57079637f) + more * 4.37113883e-8f;
+  return sin_cos_of_rest(rest, int_of(turns + more) & 3);
+}
+
+/* x less floor(x / y) y: exact, but for quotients beyond 2^24 some multiple of y may be left. */
+FN real subtract_multiples(real x, real y) {
+  STRICT_FP
+  real times = floor(x / y);
+  real whole = times * y;
+  return (x - whole) - product_error(times, y, whole);
+}
+
+/* C's fmod, exactly, while |x / y| < 2^69 and |x| < 8e34; beyond, 0. y must not be 0. */
+FN real modulo_real(real x, real y) {
+  real size = fabs(y);
+  real rest = subtract_multiples(subtract_multiples(subtract_multiples(fabs(x), size), size), size);
+  rest = rest < 0.0f ? rest + size : rest;
+  rest = rest >= size ? rest - size : rest;
+  rest = rest >= 0.0f ? rest : 0.0f;
+  return x < 0.0f ? -rest : rest;
 }
 #endif
 

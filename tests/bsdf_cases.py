@@ -54,6 +54,11 @@ def refractions(roughness: float, multiscatter: float = 1, iors=(1.45,)) -> list
     return cases
 
 
+def beckmann_glasses(roughness: float, iors=(1.45,)) -> list[Case]:
+    return [Case("beckmann_glass", dict(roughness=roughness, ior=ior, reflects=reflects), back)
+            for ior in iors for back in (0, 1) for reflects in (0, 1)]
+
+
 def diffuses() -> list[Case]:
     """Closures that scatter to everywhere, and keep all light where they are white."""
     white = dict(albedo_r=1.0, albedo_g=1.0, albedo_b=1.0)

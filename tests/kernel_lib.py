@@ -16,13 +16,15 @@ import numpy as np
 
 from isophote.materials import OPERATIONS, PARAMS, make_instruction
 from isophote.prepare import loaded_albedo_tables
+from isophote.values import operations
 
 ROOT = Path(__file__).parents[1]
 PROBES = ROOT / "tests" / "native"
 BUILD = ROOT / "build" / "test_kernels"
 STRICT = ("-std=c++20", "-shared", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-Wall", "-Wno-unknown-pragmas",
           "-Wdouble-promotion", "-Werror")
-FUNCTIONS = ("sin", "cos", "exp", "log", "acos", "atan2", "pow", "log1p", "expm1")
+FUNCTIONS = ("sin", "cos", "exp", "log", "acos", "atan2", "pow", "log1p", "expm1", "asin", "sinh", "cosh", "tanh",
+             "wide_sin", "wide_cos", "modulo")
 CLOSURES = tuple(name for name in OPERATIONS if name != "emission" and not name.startswith("layer_"))
 INSTRUCTION = np.dtype([("op", "i4"), ("flags", "u4"), ("weight", "f4", 3), ("params", "f4", PARAMS)])
 
@@ -35,7 +37,7 @@ def instruction(operation: str, **params) -> np.ndarray:
 
 def source_digest() -> str:
     """Changes whenever a header of the kernels or a probe does."""
-    files = sorted([*(ROOT / "kernels").rglob("*.h"), *PROBES.glob("bsdf_probe.*")])
+    files = sorted([*(ROOT / "kernels").rglob("*.h"), *PROBES.glob("*_probe.*")])
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
 
 
@@ -43,14 +45,14 @@ def find_compiler(names=("clang++-19", "clang++", "clang++-16", "g++", "c++")) -
     return next((name for name in names if shutil.which(name)), None)
 
 
-def build(compiler: str, flags: tuple[str, ...]) -> Path:
-    """Compiles the probe once for these flags and sources; returns the shared library."""
+def build(compiler: str, flags: tuple[str, ...], probe: str = "bsdf_probe") -> Path:
+    """Compiles a probe once for these flags and sources; returns the shared library."""
     key = hashlib.sha256(repr((compiler, flags, source_digest())).encode()).hexdigest()[:16]
-    library = BUILD / f"bsdf_probe_{key}.so"
+    library = BUILD / f"{probe}_{key}.so"
     if not library.exists():
         BUILD.mkdir(parents=True, exist_ok=True)
         partial = library.with_suffix(f".{id(library)}.partial")
-        subprocess.run([compiler, *STRICT, *flags, str(PROBES / "bsdf_probe.cpp"), "-o", str(partial)], check=True)
+        subprocess.run([compiler, *STRICT, *flags, str(PROBES / f"{probe}.cpp"), "-o", str(partial)], check=True)
         partial.replace(library)
     return library
 
@@ -100,6 +102,23 @@ class CppKernels:
         x, y = (self._in(a) for a in np.broadcast_arrays(x, y))
         out = np.empty_like(x)
         self._call("probe_function", FUNCTIONS.index(name), x.size, x, y, out)
+        return out
+
+
+class ValueKernels:
+    """The operations on values of kernels/values, in float32."""
+
+    def __init__(self):
+        self.library = ctypes.CDLL(str(build(find_compiler(), ("-O2",), "value_probe")))
+
+    def run(self, name: str, inputs, number: float = 0.0, tables=(0.0,)) -> np.ndarray:
+        """Outputs (n, outputs) of an operation for inputs (n, inputs); a table begins at tables[0]."""
+        operation = operations()[name]
+        inputs = np.ascontiguousarray(inputs, np.float32).reshape(-1, operation.inputs)
+        out = np.empty((len(inputs), operation.outputs), np.float32)
+        arrays = [np.float32([number]), np.ascontiguousarray(tables, np.float32), inputs, out]
+        self.library.probe_value(operation.number, len(inputs), operation.inputs, operation.outputs,
+                                 *(a.ctypes.data_as(ctypes.c_void_p) for a in arrays))
         return out
 
 

@@ -168,8 +168,9 @@ class Builder:
         return {"mesh_attributes": np.array(rows, np.uint32).reshape(len(rows), -1, 3),
                 "attribute_values": np.concatenate(values)}
 
-    def make(self) -> Scene:
-        arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3))
+    def make(self, **others) -> Scene:
+        """`others`: arrays of the scene beside those that were built."""
+        arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3), **others)
         arrays |= join_materials([make_material(instructions) for instructions in self.materials])
         if self.meshes:
             starts = np.cumsum([0, *(len(vertices) for vertices, *_ in self.meshes)])

@@ -141,16 +141,20 @@ def tinted(operation, weight, color, params) -> Closure:
 
 
 def refraction(values, node, stack, weight):
-    multiscatter(values, node)  # for its note
     params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack)}
-    return [Closure("refraction", weight * values.color(node, stack, "Color"), params)]
+    color = weight * values.color(node, stack, "Color")
+    if node.distribution == "BECKMANN":
+        return [Closure("beckmann_glass", color, params | {"reflects": 0.0})]
+    return [Closure("refraction", color, params)]
 
 
 def glass(values, node, stack, weight):
     note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
-    params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack),
-              "multiscatter": multiscatter(values, node)}
-    return [tinted("glass", weight, values.color(node, stack, "Color"), params)]
+    params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack)}
+    color = values.color(node, stack, "Color")
+    if node.distribution == "BECKMANN":
+        return [tinted("beckmann_glass", weight, color, params | {"reflects": 1.0})]
+    return [tinted("glass", weight, color, params | {"multiscatter": multiscatter(values, node)})]
 
 
 def metallic(values, node, stack, weight):

@@ -14,7 +14,7 @@ from isophote.values import ARITHMETIC, Number, Value, clamp, maximum, varies
 from .lookups import Lookups
 from .nodes import find_input, source_of
 
-LUMINANCE = (0.2126, 0.7152, 0.0722)
+LUMINANCE = (0.2126729, 0.7151522, 0.0721750)  # of Rec. 709, as Cycles takes it from Blender's colour management
 
 
 class Values:
@@ -101,6 +101,11 @@ def triple(x: Number, y: Number, z: Number) -> np.ndarray:
     made = np.empty(3, object)
     made[:] = [each if isinstance(each, Value) else float(each) for each in (x, y, z)]
     return made
+
+
+def call3(name: str, *inputs: Number, **data) -> np.ndarray:
+    """The three outputs of an operation."""
+    return triple(*ARITHMETIC.call(name, inputs, **data))
 
 
 def grey(x: Number) -> np.ndarray:

@@ -19,25 +19,51 @@ FN real beckmann_lambda(real alpha_x, real alpha_y, real3 v) {
   return s < REAL(0.39) ? REAL(0.0) : fit;
 }
 
-FN BsdfValue eval_beckmann(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
-  real alpha_x = ggx_alpha(param(c, BECKMANN_ROUGHNESS_X));
-  real alpha_y = ggx_alpha(param(c, BECKMANN_ROUGHNESS_Y));
-  real alpha2 = alpha_x * alpha_y;
-  real3 m = wo + wi;
+typedef struct {
+  real cos_mo; /* wo . m */
+  real f;      /* BSDF times |wi.z|, without Fresnel */
+  real pdf;    /* per solid angle of wi, without the choice between reflection and refraction */
+} BeckmannLobe;
+
+/* eta: of the medium behind the surface over that in front of it where wi is below, 1 for reflection; both 0 where no
+ * microfacet connects wo and wi. As ggx_lobe. */
+FN BeckmannLobe beckmann_lobe(real alpha_x, real alpha_y, real eta, real3 wo, real3 wi) {
+  BeckmannLobe lobe;
+  int refracts = wi.z < REAL(0.0);
+  real3 m = (wo + wi) + wi * (eta - REAL(1.0));
   real squared = dot3(m, m);
-  m = m * (REAL(1.0) / sqrt(max_real(squared, TINY)));
+  m = m * ((m.z < REAL(0.0) ? REAL(-1.0) : REAL(1.0)) / sqrt(max_real(squared, TINY)));
   real cos_mo = dot3(wo, m);
-  int possible = (wi.z > REAL(0.0)) & (cos_mo > REAL(0.0)) & (m.z > REAL(1e-6)) & (squared > TINY) & !is_delta(alpha2);
-  alpha_x = possible ? alpha_x : REAL(1.0);
-  alpha_y = possible ? alpha_y : REAL(1.0);
-  alpha2 = alpha_x * alpha_y;
+  real cos_mi = dot3(wi, m);
+  int possible = (cos_mo > REAL(0.0)) & (refracts ? cos_mi < REAL(0.0) : wi.z > REAL(0.0)) &
+                 (m.z > REAL(1e-6)) & (squared > TINY) & !is_delta(alpha_x * alpha_y);
+  real x = possible ? alpha_x : REAL(1.0);
+  real y = possible ? alpha_y : REAL(1.0);
   real cos2 = max_real(m.z * m.z, REAL(1e-12));
-  real slope2 = (square(m.x / alpha_x) + square(m.y / alpha_y)) / cos2;
-  real d = exp_real(-slope2) * INV_PI / (alpha2 * cos2 * cos2);
-  real masked = REAL(1.0) / (REAL(1.0) + beckmann_lambda(alpha_x, alpha_y, wo) + beckmann_lambda(alpha_x, alpha_y, wi));
-  real f = REAL(0.25) * d * masked / max_real(wo.z, TINY);
-  real pdf = REAL(0.25) * d * m.z / max_real(cos_mo, TINY);
-  return make_value(splat3(possible ? f : REAL(0.0)), possible ? pdf : REAL(0.0));
+  real slope2 = (square(m.x / x) + square(m.y / y)) / cos2;
+  real d = exp_real(-slope2) * INV_PI / (x * y * cos2 * cos2);
+  real masked = REAL(1.0) / (REAL(1.0) + beckmann_lambda(x, y, wo) + beckmann_lambda(x, y, wi));
+  /* How much of m's solid angle belongs to wi's, times cos_mo. */
+  real jacobian = refracts ? fabs(cos_mo * cos_mi) * (eta * eta) / max_real(squared, TINY) : REAL(0.25);
+  lobe.cos_mo = cos_mo;
+  lobe.f = possible ? d * masked * jacobian / max_real(wo.z, TINY) : REAL(0.0);
+  lobe.pdf = possible ? d * m.z * jacobian / max_real(cos_mo, TINY) : REAL(0.0);
+  return lobe;
+}
+
+/* A microfacet normal with the density of the distribution. */
+FN real3 sample_beckmann_normal(real alpha_x, real alpha_y, real2 u) {
+  real radius = safe_sqrt(-log_real(REAL(1.0) - u.y));
+  real2 phi = sin_cos_real(TWO_PI * u.x);
+  real3 m = normalize3(make_real3(alpha_x * radius * phi.y, alpha_y * radius * phi.x, REAL(1.0)));
+  return select3(is_delta(alpha_x * alpha_y), make_real3(REAL(0.0), REAL(0.0), REAL(1.0)), m);
+}
+
+FN BsdfValue eval_beckmann(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
+  BeckmannLobe lobe = beckmann_lobe(ggx_alpha(param(c, BECKMANN_ROUGHNESS_X)),
+                                    ggx_alpha(param(c, BECKMANN_ROUGHNESS_Y)), REAL(1.0), wo, wi);
+  int none = wi.z <= REAL(0.0);
+  return make_value(splat3(none ? REAL(0.0) : lobe.f), none ? REAL(0.0) : lobe.pdf);
 }
 
 FN BsdfSample sample_beckmann(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real u_choice,
@@ -45,10 +71,7 @@ FN BsdfSample sample_beckmann(Closure c, int backfacing, GLOBAL const float *tab
   real alpha_x = ggx_alpha(param(c, BECKMANN_ROUGHNESS_X));
   real alpha_y = ggx_alpha(param(c, BECKMANN_ROUGHNESS_Y));
   int delta = is_delta(alpha_x * alpha_y);
-  real radius = safe_sqrt(-log_real(REAL(1.0) - u.y));
-  real2 phi = sin_cos_real(TWO_PI * u.x);
-  real3 m = normalize3(make_real3(alpha_x * radius * phi.y, alpha_y * radius * phi.x, REAL(1.0)));
-  m = select3(delta, make_real3(REAL(0.0), REAL(0.0), REAL(1.0)), m);
+  real3 m = sample_beckmann_normal(alpha_x, alpha_y, u);
   real3 wi = normalize3(reflect3(wo, m));
   int valid = (wi.z > REAL(0.0)) & (dot3(wo, m) > REAL(0.0));
   return make_sample(wi, splat3(REAL(1.0)), delta,

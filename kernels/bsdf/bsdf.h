@@ -4,6 +4,7 @@
 #include "anisotropic.h"
 #include "ashikhmin_shirley.h"
 #include "beckmann.h"
+#include "beckmann_glass.h"
 #include "conductor.h"
 #include "diffuse.h"
 #include "film_glass.h"
@@ -51,6 +52,7 @@
 #define OP_FILM_SPECULAR 26
 #define OP_FILM_GLASS 27
 #define OP_LAYER_FILM_SPECULAR 28
+#define OP_BECKMANN_GLASS 29
 
 /* X(number, name, class of its labels): eval_NAME, sample_NAME and albedo_NAME exist. */
 #define CLOSURES(X)                                                    \
@@ -76,7 +78,8 @@
   X(OP_ANISO_SPECULAR, aniso_specular, LABEL_GLOSSY)                   \
   X(OP_ANISO_CONDUCTOR, aniso_conductor, LABEL_GLOSSY)                 \
   X(OP_FILM_SPECULAR, film_specular, LABEL_GLOSSY)                     \
-  X(OP_FILM_GLASS, film_glass, LABEL_GLOSSY)
+  X(OP_FILM_GLASS, film_glass, LABEL_GLOSSY)                           \
+  X(OP_BECKMANN_GLASS, beckmann_glass, LABEL_GLOSSY)
 
 /* X(number, name): layer_NAME exists; makes the layer weight of what follows in the program. */
 #define LAYERS(X)                          \

@@ -32,9 +32,9 @@ FN BsdfSample sample_refraction(Closure c, int backfacing, GLOBAL const float *t
   return make_sample(wi, splat3(f), delta, LABEL_TRANSMIT | (delta ? LABEL_SINGULAR : LABEL_GLOSSY), valid);
 }
 
+/* Whatever the angle: where a smooth interface reflects totally, facets of a rough one still refract. */
 FN real3 albedo_refraction(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
-  real ior = interface_ior(param(c, REFRACTION_IOR), backfacing);
-  return splat3(fresnel_dielectric(min_real(wo.z, REAL(1.0)), ior).f < REAL(1.0) ? REAL(1.0) : REAL(0.0));
+  return splat3(REAL(1.0));
 }
 
 #endif

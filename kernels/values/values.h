@@ -29,6 +29,23 @@
 #else
 #define VALUES_MATH(X)
 #endif
+#if VALUES_USED_2
+#include "vector_math.h"
+#else
+#define VALUES_VECTOR_MATH(X)
+#endif
+#if VALUES_USED_3
+#include "colour.h"
+#else
+#define VALUES_COLOUR(X)
+#endif
+#if VALUES_USED_6
+#include "space.h"
+#include "table.h"
+#else
+#define VALUES_SPACE(X)
+#define VALUES_TABLE(X)
+#endif
 #if VALUES_USED_7
 #include "geometry.h"
 #include "normals.h"
@@ -41,6 +58,10 @@
 #define VALUES(X) \
   VALUES_SOURCE(X) \
   VALUES_MATH(X) \
+  VALUES_VECTOR_MATH(X) \
+  VALUES_COLOUR(X) \
+  VALUES_SPACE(X) \
+  VALUES_TABLE(X) \
   VALUES_GEOMETRY(X) \
   VALUES_NORMALS(X)
 

@@ -97,8 +97,12 @@ def test_glossy():
         bpy.data.materials.remove(bpy.data.materials["tested"])
 
 
-def test_beckmann_is_named():
-    assert "beckmann" in surface("ShaderNodeBsdfRefraction", "BECKMANN", Roughness=0.2)[1][0]
+def test_beckmann_refraction_and_glass():
+    for kind, reflects in (("Refraction", 0), ("Glass", 1)):
+        steps, notes = surface(f"ShaderNodeBsdf{kind}", "BECKMANN", Color=(1.0, 1.0, 1.0), Roughness=0.2, IOR=1.3)
+        check(steps, ("beckmann_glass", 1, {"roughness": 0.2, "ior": 1.3, "reflects": reflects}))
+        assert not notes
+        bpy.data.materials.remove(bpy.data.materials["tested"])
 
 
 def test_refraction_and_glass():

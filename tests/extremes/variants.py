@@ -89,6 +89,9 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
         "instruction_op": np.append(scene.instruction_op, OPERATIONS["diffuse"][0]),
         "instruction_weight": np.concatenate([scene.instruction_weight, np.zeros((1, 3))]),
         "instruction_params": np.concatenate([scene.instruction_params, 0 * scene.instruction_params[:1]]),
+        "instruction_flags": np.append(scene.instruction_flags, 0),
+        "material_steps": np.append(scene.material_steps, len(scene.step_op)),
+        "material_shadow_steps": np.append(scene.material_shadow_steps, 0),
     }
     return changed(scene, **a)
 

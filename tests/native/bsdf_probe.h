@@ -35,6 +35,13 @@ FN void put3(GLOBAL real *v, int i, real3 x) {
   X(5, atan2, atan2_real(x, y))  \
   X(6, pow, pow_real(x, y))      \
   X(7, log1p, log1p_real(fabs(x))) \
-  X(8, expm1, expm1_real(-fabs(x)))
+  X(8, expm1, expm1_real(-fabs(x))) \
+  X(9, asin, asin_real(x))       \
+  X(10, sinh, sinh_real(x))      \
+  X(11, cosh, cosh_real(x))      \
+  X(12, tanh, tanh_real(x))      \
+  X(13, wide_sin, wide_sin_cos(x).x) \
+  X(14, wide_cos, wide_sin_cos(x).y) \
+  X(15, modulo, modulo_real(x, y))
 
 #endif

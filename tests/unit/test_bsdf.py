@@ -14,6 +14,7 @@ from tests.bsdf_cases import (
     TOONS,
     Case,
     anisotropic,
+    beckmann_glasses,
     diffuses,
     direction,
     fabrics,
@@ -94,6 +95,14 @@ def test_white_furnace_of_single_scattering(kernels, roughness):
     for case in cases:
         for mu in (0.005, 0.05, 0.3, 0.7, 1.0):
             assert sampled_albedo(kernels, case, mu).max() <= 1 + 1e-4, (str(case), mu)
+
+
+@pytest.mark.parametrize("roughness", ROUGHNESSES)
+def test_white_furnace_of_beckmann_glass(kernels, roughness):
+    """To what the fit of its masking errs."""
+    for case in beckmann_glasses(roughness, iors=(1.0001, 1.45, 10.0)):
+        for mu in (0.05, 0.3, 0.7, 1.0):
+            assert sampled_albedo(kernels, case, mu).max() <= 1.004, (str(case), mu)
 
 
 @pytest.mark.parametrize("roughness", ROUGHNESSES)
@@ -213,6 +222,18 @@ def test_ior_one_is_invisible(kernels):
                 assert valid.all() and np.allclose(f, 1, atol=1e-6)
 
 
+def test_what_scatters_has_a_share(kernels):
+    """A closure is chosen by its albedo: nowhere may that be 0 where it scatters, as refraction beyond the critical
+    angle of a smooth interface does."""
+    for roughness in (0.05, 0.3, 1.0):
+        cases = [*reflections(roughness), *refractions(roughness), *beckmann_glasses(roughness), *diffuses(), *TOONS,
+                 *fabrics(roughness), *anisotropic(roughness, 1.0)]
+        for case in cases:
+            for mu in (0.02, 0.3, 0.6, 1.0):
+                if sampled_albedo(kernels, case, mu, 40).any():
+                    assert kernels.albedo(case.instruction, direction(mu)[None], case.backfacing).sum() > 0, str(case)
+
+
 # ------------------------------------------------------------ reciprocity
 
 
@@ -235,8 +256,8 @@ def test_refraction_obeys_the_generalised_reciprocity(reference, roughness):
     rng = np.random.default_rng(12)
     a, b = random_directions(rng, 20_000), random_directions(rng, 20_000) * [1, 1, -1]
     for ior in (1.1, 1.5, 3.0):
-        for name in ("refraction", "glass"):
-            c = instruction(name, roughness=roughness, ior=ior, **(dict(multiscatter=0) if name == "glass" else {}))
+        for name, others in (("refraction", {}), ("glass", dict(multiscatter=0)), ("beckmann_glass", dict(reflects=1))):
+            c = instruction(name, roughness=roughness, ior=ior, **others)
             forth, _ = reference.eval(c, a, b, 0)
             back, _ = reference.eval(c, -b, -a, 1)
             np.testing.assert_allclose(forth * a[:, 2:], back * np.abs(b[:, 2:]) * ior**2, rtol=1e-6, atol=1e-300)
@@ -346,7 +367,7 @@ def test_extremes_stay_finite(roughness, ior, mu, mu_i, azimuth, u, back, multis
              Case("specular", dict(roughness=roughness, multiscatter=multiscatter, ior=ior)),
              Case("rough_diffuse", dict(roughness=roughness, albedo_r=1, albedo_g=0.5, albedo_b=0)),
              Case("transparent"), *diffuses(), *fabrics(roughness),
-             *anisotropic(roughness, mu), *anisotropic(mu_i, roughness),
+             *anisotropic(roughness, mu), *anisotropic(mu_i, roughness), *beckmann_glasses(roughness, iors=(ior,)),
              *(Case(name, dict(size=roughness, smooth=mu)) for name in ("diffuse_toon", "glossy_toon"))]
     wo = direction(mu, azimuth)[None]
     for case in cases:
@@ -381,7 +402,7 @@ def test_float_agrees_with_double(kernels, reference, roughness, tolerance):
     wo = unit(wo.astype(np.float64)).astype(np.float32)
     u = rng.random((20_000, 3), np.float32)
     for case in [*reflections(roughness), *refractions(roughness), *diffuses(), *fabrics(max(roughness, 0.1)),
-                 *anisotropic(roughness, min(2 * roughness, 1))]:
+                 *beckmann_glasses(roughness), *anisotropic(roughness, min(2 * roughness, 1))]:
         wi, _, flags = kernels.sample(case.instruction, wo, u, case.backfacing)
         valid = flags[:, 2] == 1
         (f32, p32), (f64, p64) = (k.eval(case.instruction, wo[valid], wi[valid], case.backfacing)

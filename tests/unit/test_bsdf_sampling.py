@@ -10,6 +10,7 @@ from tests.bsdf_cases import (
     TOONS,
     Case,
     anisotropic,
+    beckmann_glasses,
     diffuses,
     direction,
     fabrics,
@@ -27,6 +28,7 @@ for roughness in (0.01, 0.1, 0.4, 1.0):
     CASES += reflections(roughness)
     CASES += refractions(roughness)
 CASES += refractions(0.5, iors=(1.02, 10.0))
+CASES += [*beckmann_glasses(0.4), *beckmann_glasses(1.0, iors=(1.1, 3.0))]
 ANGLES = (0.98, 0.5, 0.1)
 
 
@@ -69,8 +71,8 @@ def test_sampling_follows_pdf(kernels, case, mu):
     assert p_value > SIGNIFICANCE / (len(CASES) * len(ANGLES)), f"chi2 {statistic:.0f} of {freedom}"
 
 
-@pytest.mark.parametrize("case", [*reflections(0.0), *refractions(0.0), *anisotropic(0.0, 0.0), Case("transparent")],
-                         ids=str)
+@pytest.mark.parametrize("case", [*reflections(0.0), *refractions(0.0), *anisotropic(0.0, 0.0), *beckmann_glasses(0.0),
+                                  Case("transparent")], ids=str)
 def test_delta_is_never_evaluated(kernels, case):
     rng = np.random.default_rng(3)
     wo = np.tile(direction(0.6), (1000, 1))

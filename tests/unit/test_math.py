@@ -58,6 +58,39 @@ def test_acos_outside_its_range(kernels):
     np.testing.assert_allclose(kernels.function("acos", [1 + 1e-6, 2, -1.5]), [0, 0, np.pi], atol=1e-7)
 
 
+def test_asin(kernels):
+    x = sweep(-1, 1)
+    assert ulps(kernels.function("asin", x), np.arcsin(x.astype(np.float64))) <= 2.5
+    np.testing.assert_allclose(kernels.function("asin", [1 + 1e-6, 2, -1.5]), np.array([1, 1, -1]) * np.pi / 2)
+
+
+@pytest.mark.parametrize("name, exact, bound", [("sinh", np.sinh, 4), ("cosh", np.cosh, 4), ("tanh", np.tanh, 2)])
+def test_hyperbolic(kernels, name, exact, bound):
+    x = np.concatenate([sweep(-88, 88), sweep(-1.1, 1.1), np.geomspace(1e-30, 1, 1001)]).astype(np.float32)
+    assert ulps(kernels.function(name, x), exact(x.astype(np.float64))) <= bound
+    ends = kernels.function(name, [-np.inf, -1e30, 1e30, np.inf])
+    np.testing.assert_array_equal(ends, exact([-np.inf, -np.inf, np.inf, np.inf]))
+
+
+@pytest.mark.parametrize("name, exact", [("wide_sin", np.sin), ("wide_cos", np.cos)])
+def test_sin_cos_of_large_numbers(kernels, name, exact):
+    x = np.concatenate([sweep(-7, 7), sweep(-1e5, 1e5), np.geomspace(1e5, 9.9e6, 1_000_001).astype(np.float32)])
+    values = kernels.function(name, x)
+    assert np.max(np.abs(values - exact(x.astype(np.float64)))) <= 2.0**-23
+    np.testing.assert_array_equal(kernels.function(name, [1.1e7, -1e38, np.inf, np.nan]), exact(0.0))
+
+
+def test_modulo_is_exact(kernels):
+    rng = np.random.default_rng(3)
+    x, y = (rng.normal(size=500_000) * 10 ** rng.uniform(-9, 9, 500_000) for _ in range(2))
+    x, y = x.astype(np.float32), y.astype(np.float32)
+    np.testing.assert_array_equal(kernels.function("modulo", x, y), np.fmod(x, y))
+    whole = rng.integers(-40, 40, (2, 10_000)).astype(np.float32)
+    whole[1][whole[1] == 0] = 1
+    np.testing.assert_array_equal(kernels.function("modulo", *whole), np.fmod(*whole))
+    np.testing.assert_array_equal(kernels.function("modulo", [np.inf, 1e38, np.nan], [1, 1e-30, 1]), 0)
+
+
 def test_atan2(kernels):
     rng = np.random.default_rng(1)
     y, x = (rng.normal(size=1_000_000) * 10 ** rng.uniform(-6, 6, 1_000_000) for _ in range(2))

@@ -7,6 +7,6 @@ cannot express in part it says by values.note.
 
 from __future__ import annotations
 
-from . import converters, inputs, normals
+from . import arithmetic, colours, curves, inputs, normals, vectors
 
-NODES = {**inputs.NODES, **converters.NODES, **normals.NODES}
+NODES = {**inputs.NODES, **normals.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES}

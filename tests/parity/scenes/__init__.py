@@ -3,6 +3,7 @@
 import numpy as np
 
 from isophote.scene import Scene
+from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
 from tests.scenes import (
     CAMERA,
@@ -138,7 +139,47 @@ def closures() -> Scene:
     return b.make()
 
 
-SCENES = {scene.__name__: scene for scene in (cornell_like, spheres, instances, lamps, closures, inputs)}
+def rare_closures() -> Scene:
+    """One ball for each closure that few scenes have, and stacks of layers, under a world."""
+    b = Builder((24, 18))
+    b.world = (0.8, 0.9, 1.0)
+    b.look((0, -9, 4), (0, 0, 0.5), 0.6)
+    b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
+    rough = dict(roughness_x=0.5, roughness_y=0.2)
+    common = dict(multiscatter=1, **rough)
+    silver = dict(n_r=0.15, n_g=0.12, n_b=0.14, k_r=4.8, k_g=3.5, k_b=2.4)
+    metal = dict(f0_r=0.9, f0_g=0.6, f0_b=0.3, f82_r=0.8, f82_g=0.9, f82_b=1.0)
+    film = dict(ior=1.6, thickness=400.0, film_ior=1.4, **TINT)
+    leaf = dict(transmission_r=0.9, transmission_g=0.5, transmission_b=0.2)
+    coat = dict(roughness=0.1, multiscatter=1, ior=1.5)
+    stack = program(
+        ("sheen", 0.5, dict(roughness=0.4)), ("layer_sheen", 0.5, dict(roughness=0.4)), ("specular", 0.8, coat),
+        ("layer_specular", 0.8, coat), ("layer_absorption", 0.8, dict(ior=1.5, **TINT)), ("diffuse", 0.4),
+        ("layer_reset", 1.0), ("film_specular", 0.5, common | film), ("layer_film_specular", 1.0, common | film),
+        ("rough_diffuse", 0.5, dict(roughness=0.6, albedo_r=0.9, albedo_g=0.5, albedo_b=0.2)))
+    materials = [
+        stack,
+        program(("film_glass", 1.0, dict(roughness=0.3, multiscatter=1) | film | leaf)),
+        program(("translucent", 0.8), ("velvet", 0.2, dict(sigma=0.4))),
+        program(("diffuse_toon", 0.5, dict(size=0.6, smooth=0.1)), ("glossy_toon", 0.5, dict(size=0.2, smooth=0.1))),
+        program(("beckmann", 0.9, rough)),
+        program(("ashikhmin_shirley", 0.9, rough)),
+        program(("beckmann_glass", 1.0, dict(roughness=0.4, ior=1.5, reflects=1, **TINT))),
+        program(("conductor", 1.0, dict(roughness=0.3, multiscatter=1) | silver)),
+        program(("aniso_conductor", 1.0, common | silver)),
+        program(("aniso_metal", 1.0, common | metal)),
+        program(("aniso_glossy", 0.9, common | TINT)),
+        program(("aniso_specular", 0.9, dict(ior=1.5) | common)),
+    ]
+    mesh = b.mesh(ball(rings=6), normals=ball(rings=6)[0])
+    for k, instructions in enumerate(materials):
+        b.instance(mesh, b.material(instructions), matrix=place((1.7 * (k % 6) - 4.2, 1.5 - 3 * (k // 6), 0.8), 0.75))
+    b.lamp(RECTANGLE, 200.0, look_at((2, -4, 6), (0, 0, 0)), (2, 1))
+    return b.make()
+
+
+SCENES = {scene.__name__: scene for scene in (
+    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -146,5 +187,7 @@ SETTINGS = {
     "instances": dict(film_transparent=True),
     "lamps": dict(diffuse_bounces=1, clamp_direct=4.0, clamp_indirect=1.0),
     "closures": dict(seed=7),
+    "rare_closures": dict(seed=8),
+    "conversions": dict(max_bounces=2),
     "inputs": dict(max_bounces=6),
 }

@@ -1,0 +1,58 @@
+/* Points, vectors and normals between the spaces of the world, of the shaded object and of the camera (Blender's Vector
+ * Transform). A step's `data` is the kind. The camera's space has z along the view, as in Cycles; what is no instance has
+ * the world's. */
+#ifndef ISOPHOTE_VALUES_SPACE_H
+#define ISOPHOTE_VALUES_SPACE_H
+#include "value.h"
+
+#define KIND_POINT 0u
+#define KIND_VECTOR 1u
+#define KIND_NORMAL 2u /* unit in the end */
+
+/* X(number, name, inputs, outputs) */
+#define VALUES_SPACE(X)      \
+  X(219, to_object, 3, 3)    \
+  X(220, from_object, 3, 3)  \
+  X(221, to_camera, 3, 3)    \
+  X(222, from_camera, 3, 3)
+
+FN real3 normalize_or_0(real3 v) {
+  real square = dot3(v, v);
+  return v * (REAL(1.0) / sqrt(square > REAL(0.0) ? square : REAL(1.0)));
+}
+FN real3 where_point(ValueStep o, real3 moved) { return select3(o.data == KIND_POINT, moved, zero3()); }
+
+/* By a matrix, 3 rows of 4, whose inverse is given. */
+FN real3 transform_kind(ValueStep o, GLOBAL const float *m, GLOBAL const float *inverse, real3 v) {
+  real3 moved = transform_vector(m, v) + where_point(o, make_real3(to_real(m[3]), to_real(m[7]), to_real(m[11])));
+  return select3(o.data == KIND_NORMAL, normalize_or_0(transform_normal(inverse, v)), moved);
+}
+FN uint instance_at(Point at) { return at.instance == SPHERE_INSTANCE ? 0u : at.instance; }
+
+VALUE(to_object) {
+  GLOBAL const Instance *instance = &s.instances[instance_at(at)];
+  real3 v = IN3(0), from_origin = v - where_point(o, load3(s.world[0].origin));
+  real3 found = transform_kind(o, instance->to_object, instance->to_world, from_origin);
+  OUT3(0, select3(at.instance == SPHERE_INSTANCE, v, found))
+}
+VALUE(from_object) {
+  GLOBAL const Instance *instance = &s.instances[instance_at(at)];
+  real3 v = IN3(0), from_origin = transform_kind(o, instance->to_world, instance->to_object, v);
+  real3 found = from_origin + where_point(o, load3(s.world[0].origin));
+  OUT3(0, select3(at.instance == SPHERE_INSTANCE, v, found))
+}
+VALUE(to_camera) {
+  Camera c = s.camera[0];
+  real3 v = IN3(0) - where_point(o, load3(s.world[0].origin) + load3(c.position));
+  v = make_real3(dot3(load3(c.x), v), dot3(load3(c.y), v), -dot3(load3(c.z), v));
+  OUT3(0, select3(o.data == KIND_NORMAL, normalize_or_0(v), v))
+}
+VALUE(from_camera) {
+  Camera c = s.camera[0];
+  real3 given = IN3(0);
+  real3 v = load3(c.x) * given.x + load3(c.y) * given.y - load3(c.z) * given.z;
+  v = v + where_point(o, load3(c.position) + load3(s.world[0].origin));
+  OUT3(0, select3(o.data == KIND_NORMAL, normalize_or_0(v), v))
+}
+
+#endif
