@@ -73,6 +73,7 @@ def node_output(kind: str, output: str, inputs=None, **properties):
         for name, value in (inputs or {}).items():
             node.inputs[name].default_value = value
         return node.outputs[output]
+    build.label = " ".join([kind.removeprefix("ShaderNode"), output, *map(str, (inputs or properties).values())])
     return build
 
 
@@ -144,7 +145,7 @@ def make_inputs() -> None:
         material = emitting(f"{number}", build, 0.1, 0.5)
         material.pass_index = 2
         mirrored = -1.0 if number % 2 else 1.0
-        add_shape(shapes[number % 3], f"patch {number}", place_of(number), material,
+        add_shape(shapes[number % 3], build.label, place_of(number), material,
                   scale=(mirrored, 1.0, 0.8), rotation=(0.4, 0.3, 0.2))
     frame(len(cases))
     bpy.context.scene.cycles.filter_width = 0.01  # a pixel is the value at its centre
@@ -337,7 +338,7 @@ def make_instances() -> None:
     for number, build in enumerate(faces + particles):
         carrier = grid(f"grid {number}", place_of(number))
         shape = "tile" if number < len(faces) else "ball"  # particles turn what they carry
-        tile = add_shape(shape, f"{shape} {number}", place_of(number), emitting(f"{number}", build, 0.1, 0.3),
+        tile = add_shape(shape, build.label, place_of(number), emitting(f"{number}", build, 0.1, 0.3),
                          scale=(0.2, 0.2, 0.2))
         if number < len(faces):
             carrier.instance_type, carrier.show_instancer_for_render = "FACES", False

@@ -162,3 +162,16 @@ def test_window_and_camera():
     np.testing.assert_allclose(window[..., 0], np.broadcast_to((ACROSS + 1.0) / 2.0, (SIZE, SIZE)), atol=1e-3)
     np.testing.assert_allclose(window[..., 1], np.broadcast_to((ACROSS[:, None] + 1.0) / 2.0, (SIZE, SIZE)), atol=1e-3)
     assert_everywhere(seen(outputs("camera_point"))[..., 2], 3.0)
+
+
+def test_spheres_have_no_mesh():
+    """Inputs of meshes and instances are 0 on an analytic sphere, its normals are its own; no mesh need be there."""
+    builder = Builder(size=(SIZE, SIZE))
+    builder.look((0, 0, 3), (0, 0, 0), tangent=0.5, orthographic=True, up=(0, 1, 0))
+    nothing = [*outputs("barycentric"), call1("wireframe", 9.0), *outputs("footprint")[6:], *outputs("object_location")]
+    up = [outputs("smooth_normal")[2], outputs("to_object_normal", *outputs("true_normal"))[2]]
+    builder.sphere((0, 0, 0), 1.0, builder.material(program(("emission", [sum(nothing), *up]))))
+    picture = pixels(render(builder.make(), 4, filter_width=0.001))[..., :3]
+    heights = np.sqrt(1.0 - (ACROSS / 2)[:, None] ** 2 - (ACROSS / 2) ** 2)
+    assert_everywhere(picture[..., 0], 0.0)
+    np.testing.assert_allclose(picture[..., 1:], np.stack([heights, heights], axis=-1), atol=1e-3)
