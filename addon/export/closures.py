@@ -12,7 +12,7 @@ from isophote.values import clamp, maximum, varies
 
 from .anisotropy import is_stretched, tangent_of
 from .nodes import find_input
-from .values import Values, not_negative, saturate, source
+from .values import Values, not_negative, outputs, saturate, source
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
 ROUGH_FROM = 1e-5  # of diffuse reflection
@@ -102,7 +102,8 @@ def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure
     def turned(each):
         made = each
         if normal is not None and not each.normal:  # that of a displacement is the surface's own for whoever asks
-            made = replace(each, normal=normal_for(each.operation, normal), softened=linked)
+            own, seen = normal_for(each.operation, normal)
+            made = replace(each, weight=each.weight * seen, normal=own, softened=linked)
         if is_stretched(each.params):
             tangent = tangent_of(values, node, stack, made.normal)
             made = replace(made, tangent=None if tangent is None else tuple(tangent))
@@ -113,11 +114,15 @@ def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure
     return [replace(turned(each), layers=tuple(layers[layer] for layer in each.layers)) for each in closures]
 
 
-def normal_for(operation: str, normal) -> tuple | None:
-    """What mirrors or refracts needs a normal that its viewer sees."""
+def normal_for(operation: str, normal) -> tuple:
+    """(normal of a closure, factor of its weight): what mirrors or refracts needs one that its viewer sees, and does
+    nothing where there is none."""
     if operation in WITHOUT_NORMAL:
-        return None
-    return tuple(normal if operation in UNSEEN else source("visible_normal", *normal))
+        return None, 1.0
+    if operation in UNSEEN:
+        return tuple(normal), 1.0
+    *visible, seen = outputs("visible_normal", *normal)
+    return tuple(visible), seen
 
 
 def normal_of(values: Values, node, stack, *names: str):

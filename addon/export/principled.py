@@ -140,7 +140,8 @@ def coat(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
         weight, ior, tint = weight if linked else 0.25 * weight, 1.2 if linked else 1.5, grey(1.0)
     if not matters(weight):
         return None, ()
-    normal = coat_normal(values, node, stack)
+    normal, seen = coat_normal(values, node, stack)
+    weight = weight * seen
     params = {"roughness": rough, "multiscatter": 1.0, "ior": ior}
     layers = (Layer("layer_specular", grey(weight), params, normal),)
     if varies(tint) or (tint != 1.0).any():
@@ -148,12 +149,12 @@ def coat(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
     return Closure("specular", grey(weight), params, normal=normal), layers
 
 
-def coat_normal(values, node, stack) -> tuple | None:
-    """The coat lies smooth over a bent normal below, unless it has its own."""
+def coat_normal(values, node, stack):
+    """As normal_for. The coat lies smooth over a bent normal below, unless it has its own."""
     normal = normal_of(values, node, stack, "Coat Normal", "Clearcoat Normal")
     if normal is None and normal_of(values, node, stack) is not None:
-        return tuple(source("shading_normal"))
-    return None if normal is None else normal_for("specular", normal)
+        return tuple(source("facing_normal")), 1.0
+    return (None, 1.0) if normal is None else normal_for("specular", normal)
 
 
 def specular_tint(values, node, stack, base) -> np.ndarray:
