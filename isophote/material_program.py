@@ -93,7 +93,7 @@ def row_of(each: Instruction, program: Program, reads: bool) -> tuple:
     if each.normal:
         flags |= n["INSTRUCTION_BUMPS"] | where(each.normal[0]) << 8 | each.softened * n["INSTRUCTION_SOFTENED"]
     if each.tangent:
-        flags |= where(each.tangent[0]) << 16
+        flags |= where(each.tangent[0]) + 1 << 16
     return each.op, flags, tuple(map(where, each.weight)), list(map(where, each.params))
 
 

@@ -1,4 +1,4 @@
-"""Input nodes, normals and Light Path against Cycles: scenes of blend_scenes/nodes/make_inputs.py, patch by patch."""
+"""Input nodes, normals and Light Path against Cycles: make_inputs.py and make_normals.py, patch by patch."""
 
 import os
 
@@ -21,7 +21,8 @@ def folder(tmp_path_factory):
         why = "no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS"
         pytest.fail(why) if os.environ.get("CI") == "true" else pytest.skip(why)
     made = tmp_path_factory.mktemp("inputs")
-    make_blends("make_inputs.py", made)
+    for script in ("make_inputs.py", "make_normals.py"):
+        make_blends(script, made)
     return made
 
 
