@@ -96,6 +96,8 @@ def rgb(name: str, color) -> dict:
 
 def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure]:
     """The closures of a node, and the layers over them, with its normal where they have none."""
+    if find_input(node, "Normal") is None:  # mixes of other nodes' closures, and those without a direction
+        return closures
     normal, linked = normal_of(values, node, stack), values.is_linked(node, stack, "Normal")
     layers: dict[Layer, Layer] = {}
 
