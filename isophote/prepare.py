@@ -91,9 +91,19 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
                               registers=registers_used(scene))}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype.base) for name, dtype in scene_buffers().items()
                if name in buffers}
+    if len(scene.step_op) and not len(scene.instance_mesh):
+        buffers |= stand_ins(scene, buffers)
     closures = sum(1 << int(op) for op in np.unique(instructions["op"]))
     return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
                     tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+
+
+def stand_ins(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Zeros for a scene of spheres: what steps read of a mesh, to drop it again where they meet something else."""
+    counts = {"instances": 1, "indices": 3, "vertices": 1, "normals": 1, "instance_meshes": 1, "attribute_values": 1,
+              "mesh_attributes": scene.mesh_attributes.shape[1], "instance_values": scene.instance_values.shape[1]}
+    return {name: np.zeros((count, 3) if name in ("vertices", "normals") else count, buffers[name].dtype)
+            for name, count in counts.items()}
 
 
 def make_camera(scene: Scene) -> np.ndarray:
@@ -185,8 +195,7 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
                                         domain=a[:, :, 1].ravel(), components=a[:, :, 2].ravel()),
         "attribute_values": scene.attribute_values if len(scene.attribute_values) else np.zeros(a.size, np.float32),
         "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
-        "instance_values": scene.instance_values if len(scene.instance_values) else np.zeros(
-            scene.instance_values.shape[1], np.float32),
+        "instance_values": scene.instance_values,
         "images": make_records("Image", len(i), first=i[:, 0] // 4, width=i[:, 1], height=i[:, 2], channels=i[:, 3],
                                texel=i[:, 4], flags=i[:, 5]),
         "texels": texels.view(np.uint32),

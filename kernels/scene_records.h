@@ -133,7 +133,7 @@ typedef struct {
 #define INSTRUCTION_BUMPS 2u /* its normal is not the surface's */
 #define INSTRUCTION_SOFTENED 4u /* of a diffuse closure: the edge that the surface's normal casts on it is softened */
 #define INSTRUCTION_NORMAL(flags) (((flags) >> 8) & 255u) /* of one that varies: first of three registers */
-#define INSTRUCTION_TANGENT(flags) ((flags) >> 16)        /* likewise, of its frame's x axis; 0: any will do */
+#define INSTRUCTION_TANGENT(flags) ((flags) >> 16) /* likewise, plus 1, of its frame's x axis; 0: any will do */
 typedef struct {
   int op;
   uint flags;

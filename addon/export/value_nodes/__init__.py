@@ -9,4 +9,4 @@ from __future__ import annotations
 
 from . import arithmetic, colours, curves, inputs, normals, vectors
 
-NODES = {**inputs.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES, **normals.NODES}
+NODES = {**inputs.NODES, **normals.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES}
