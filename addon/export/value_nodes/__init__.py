@@ -7,6 +7,7 @@ cannot express in part it says by values.note.
 
 from __future__ import annotations
 
-from . import arithmetic, colours, curves, inputs, vectors
+from . import arithmetic, colours, curves, inputs, textures, vectors, voronoi
 
-NODES = {**inputs.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES}
+NODES = {**inputs.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES, **textures.NODES,
+         **voronoi.NODES}
