@@ -190,6 +190,21 @@ def voronoi_cells_are_whole() -> bool:
     return bpy.app.version >= (5, 0, 0)
 
 
+def bump_filter(node) -> float:
+    """How many footprints of a pixel a Bump node looks to the side: its Filter Width, one before 4.2."""
+    socket = node.inputs.get("Filter Width")
+    return max(float(socket.default_value), 1e-3) if socket is not None else 1.0
+
+
+def displacement_method(material) -> str:
+    """BUMP, DISPLACEMENT or BOTH: what Cycles makes of a material's displacement; Cycles' own property before 4.1."""
+    for owner in (material, getattr(material, "cycles", None)):
+        method = getattr(owner, "displacement_method", None)
+        if method is not None:
+            return {"TRUE": "DISPLACEMENT"}.get(method, method)
+    return "BUMP"
+
+
 # ---- the render engine and its panels (addon/*.py) ----------------------------------------------
 
 

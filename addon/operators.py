@@ -34,7 +34,7 @@ class ISOPHOTE_OT_copy_cycles_settings(bpy.types.Operator):
         """What Cycles is asked to do and this engine does otherwise."""
         differing = []
         if cycles.use_adaptive_sampling:
-            differing.append("adaptive sampling is not there: every pixel gets all samples")
+            differing.append("the noise threshold is not taken over: Sampling > Error is measured otherwise")
         if cycles.use_denoising:
             differing.append("denoising is left to the compositor")
         if cycles.pixel_filter_type != "BLACKMAN_HARRIS":

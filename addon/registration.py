@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from . import engine, kept, operators, panels, properties, trade, ui
+from . import engine, kept, ledger, operators, panels, properties, trade, ui
 
-MODULES = (properties, operators, trade, engine, ui)
+MODULES = (properties, operators, trade, ledger, engine, ui)
 
 
 def register() -> None:
@@ -22,6 +22,7 @@ def register() -> None:
 def unregister() -> None:
     panels.close_panels(engine.IsophoteRenderEngine.bl_idname)
     trade.detach()
+    ledger.detach()
     kept.detach()
     properties.detach()
     for module in reversed(MODULES):

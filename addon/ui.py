@@ -107,6 +107,13 @@ class ISOPHOTE_PT_ledger(PanelBase, bpy.types.Panel):
         for sentence in ledger.sentences(context.scene.name) or ["Rendering the scene will tell"]:
             for part in textwrap.wrap(sentence, 60):
                 column.label(text=part)
+        task = ledger.current
+        if task and task.running:
+            column.label(text=f"Measuring: {task.doing}")
+            return
+        if task and task.error:
+            column.label(text=task.error, icon="ERROR")
+        column.operator(ledger.ISOPHOTE_OT_measure_ledger.bl_idname)
 
 
 class ISOPHOTE_PT_film(PanelBase, bpy.types.Panel):
@@ -149,8 +156,8 @@ class ISOPHOTE_PT_trade(PanelBase, bpy.types.Panel):
             for first in range(0, len(report.error), 60):
                 column.label(text=report.error[first:first + 60], icon="NONE" if first else "ERROR")
         else:
-            text = "Open Report (stopped early)" if report.partial else "Open Report"
-            column.operator("wm.url_open", text=text, icon="URL").url = Path(report.page).as_uri()
+            text = "Open Report (stopped early)" if report.made["partial"] else "Open Report"
+            column.operator("wm.url_open", text=text, icon="URL").url = Path(report.made["page"]).as_uri()
 
 
 class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):

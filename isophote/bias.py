@@ -21,17 +21,20 @@ from isophote.device import Device, open_device
 from isophote.film import COMBINED_PLANES, CUT_PLANES, LIMITS, Film
 from isophote.ledger import CLAMPS, entry, ledger_of, nothing
 from isophote.params import MOST_BOUNCES
-from isophote.scene import Scene
+from isophote.scene import Scene, SceneError, resized
 from isophote.schedule import BLOCK, sample_items
 from isophote.settings import Settings
 from isophote.statistics import LUMINANCE, sums_over_tiles, weighted_sums
-from isophote.validate import clean
+from isophote.validate import check, clean
 
 if TYPE_CHECKING:
     from isophote.prepare import Prepared
 
 IMAGE_BOUND, TILE_BOUND = 0.0005, 0.005  # relative, within which a precision counts as equivalent to strict
 FEWEST_PAIRS = 3
+# What is measured unless something else is asked for: longer side in pixels (the share of light needs no resolution),
+# samples a pixel, pairs.
+SIDE, SAMPLES, PAIRS = 192, 64, 8
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,22 @@ def renderer(scene: Scene, settings: Settings) -> Iterator[Renderer]:
         yield made
     finally:
         made.close()
+
+
+def small(scene: Scene) -> Scene:
+    """The scene with a longer side of at most SIDE pixels."""
+    width, height = (int(n) for n in scene.resolution)
+    scale = min(1.0, SIDE / max(width, height))
+    return resized(scene, (max(1, round(width * scale)), max(1, round(height * scale))))
+
+
+def checked_ledger(scene: Scene, settings: Settings, pairs: int,
+                   progress: Callable[[str], None] = lambda what: None) -> list[dict]:
+    """measured_ledger of the whole frame of a scene that nobody has checked yet. Raises SceneError, too."""
+    problems, _, dropped = check(scene)
+    if errors := [str(problem) for problem in problems if problem.severity == "error"]:
+        raise SceneError("; ".join(errors))
+    return measured_ledger(scene, replace(settings, region=None), pairs, [*scene.notes, *dropped], progress)
 
 
 def measured_ledger(scene: Scene, settings: Settings, pairs: int, notes: list[dict],

@@ -15,7 +15,7 @@ from pathlib import Path
 import click
 from rich.console import Console
 
-from isophote.bias import FEWEST_PAIRS
+from isophote.bias import FEWEST_PAIRS, PAIRS, SAMPLES, SIDE
 from isophote.blender_process import BlenderError
 from isophote.compare import CompareError, compare
 from isophote.device import DeviceError, list_devices
@@ -24,7 +24,7 @@ from isophote.images import ImageError, check_place, read_image
 from isophote.json_values import finite
 from isophote.kernel_cache import describe_cache
 from isophote.ledger import CLAMPS, ledger_lines
-from isophote.ledger_command import PAIRS, SAMPLES, SIDE, Measurement, measure_job
+from isophote.ledger_command import Measurement, measure_job
 from isophote.memory import readable
 from isophote.render_command import (
     MOST_SAMPLES,

@@ -38,7 +38,7 @@ from isophote.statistics import (
     Luminance,
     image_error,
     luminance_of,
-    pool,
+    pixels_of_tiles,
     spread_over_tiles,
     sums_over_tiles,
 )
@@ -83,7 +83,7 @@ def student95(freedom: np.ndarray) -> np.ndarray:
 def tiles_of(seen: Luminance) -> Tiles:
     """The tiles of a picture's luminance."""
     origin, variance = seen.origin, seen.variance
-    counts = sums_over_tiles(np.ones(variance.shape), origin)
+    counts = pixels_of_tiles(variance.shape, origin)
     mean = sums_over_tiles(seen.mean, origin) / counts
     total = sums_over_tiles(variance, origin)
     noisy = total > 0.0
@@ -91,7 +91,8 @@ def tiles_of(seen: Luminance) -> Tiles:
     root, square = np.sqrt(variance), variance * variance
     hits = hits_of(seen)
     few = noisy & (total * total < FEW * sums_over_tiles(square / hits, origin))
-    rare = root * (variance > pool(variance, origin)) * spread_over_tiles(few, variance.shape, origin)
+    # Where a tile has few hits, the pixels that vary more than it does on average are those that had them.
+    rare = root * (variance > spread_over_tiles(np.where(few, total / counts, np.inf), variance.shape, origin))
     unseen = spread_evenly(sums_over_tiles(rare, origin), counts, (origin[0] // TILE, origin[1] // TILE))
     quiet = ~noisy & (mean > 0.0)
     unseen[quiet] = 0.0
@@ -103,16 +104,19 @@ def tiles_of(seen: Luminance) -> Tiles:
 
 def hits_of(seen: Luminance) -> np.ndarray:
     """About how many hits made each pixel's noise, (h, w), from 1 to MOST_HITS."""
-    above = seen.mean - near(seen.mean, np.minimum)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.clip(np.where(seen.variance > 0.0, above * above / seen.variance, 1.0), 1.0, MOST_HITS)
+    above, hits = seen.mean - near(seen.mean, np.minimum), np.ones(seen.mean.shape)
+    with np.errstate(over="ignore", invalid="ignore"):
+        np.divide(np.multiply(above, above, out=above), seen.variance, out=hits, where=seen.variance > 0.0)
+    return np.clip(hits, 1.0, MOST_HITS, out=hits)
 
 
 def near(values: np.ndarray, combine: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
     """The 3 x 3 pixels around each of (h, w), combined (np.add, np.minimum); the border is repeated."""
     padded = np.pad(values, 1, mode="edge")
-    rows = combine(combine(padded[:-2], padded[1:-1]), padded[2:])
-    return combine(combine(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
+    rows = combine(padded[:-2], padded[1:-1])
+    combine(rows, padded[2:], out=rows)
+    made = combine(rows[:, :-2], rows[:, 1:-1])
+    return combine(made, rows[:, 2:], out=made)
 
 
 def spread_evenly(light: np.ndarray, counts: np.ndarray, origin: tuple[int, int]) -> np.ndarray:
@@ -139,9 +143,11 @@ def relative_errors(seen: Luminance, tiles: Tiles) -> np.ndarray | None:
     floor = FLOOR * seen.mean.mean()
     if not floor > 0.0:
         return None
-    missed = spread_over_tiles(tiles.unseen, seen.mean.shape, seen.origin)
-    error = np.maximum(np.sqrt(seen.variance), missed)
-    return error / np.maximum(np.minimum(seen.mean, near(seen.mean, np.add) / 9.0), floor)
+    light, error = near(seen.mean, np.add), np.sqrt(seen.variance)
+    light /= 9.0
+    np.maximum(np.minimum(seen.mean, light, out=light), floor, out=light)
+    np.maximum(error, spread_over_tiles(tiles.unseen, error.shape, seen.origin), out=error)
+    return np.divide(error, light, out=error)
 
 
 def error_of_most(errors: np.ndarray) -> ImageError:
@@ -181,9 +187,10 @@ class Claim:
     unsure: float | None
 
 
-def claim_of(film: Film) -> Claim:
-    """What a film can claim of its picture; all None with one sample a pixel."""
-    seen = luminance_of(film)
+def claim_of(film: Film, seen: Luminance | None = None) -> Claim:
+    """What a film can claim of its picture; all None with one sample a pixel. `seen` is luminance_of(film), where the
+    caller has it."""
+    seen = seen or luminance_of(film)
     if seen is None:
         return Claim(None, None, None)
     tiles = tiles_of(seen)

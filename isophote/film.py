@@ -7,7 +7,8 @@ edge is no depth. Where light is clamped four more: luminance cut off from direc
 replicate 0, and of replicate 1.
 
 A pixel's samples are those from `first` on, without a gap. All pixels have as many, until `allow` says how far each
-may go (isophote/adaptive.py decides that): from then on the pixels that lack samples get their next block together.
+may go (isophote/adaptive.py decides that): from then on the pixels that lack samples get them in whole blocks, by turns
+(isophote/turns.py).
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from __future__ import annotations
 import json
 import zipfile
 from collections.abc import Iterable
-from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,88 +23,31 @@ import numpy as np
 
 from isophote.files import replacing
 from isophote.schedule import BLOCK, Region, WorkItem
+from isophote.totals import Total, add_parts, any_of
+from isophote.turns import Turn, first_turn
 
-FORMAT = 2
+FORMAT = 3
 INVALID = 8  # the plane's number
 COMBINED_PLANES = 9
 AOV_PLANES = 19
 CUT_PLANES = 4
 CLAMPED = (COMBINED_PLANES + CUT_PLANES, AOV_PLANES + CUT_PLANES)
 LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
-SQUARE = 8  # pixels a side, of the squares in which listed pixels are ordered
 
 
 class FilmError(ValueError):
     """Films that do not fit together, or a film's file that cannot be used; the message says which."""
 
 
-def two_sum(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(s, e) with s = fl(a + b) and s + e = a + b exactly (Knuth, TAOCP 2, 4.2.2, theorem B); e is 0 where s is
-    not finite."""
-    s = a + b
-    rest = s - a
-    return s, np.where(np.isfinite(s), (a - (s - rest)) + (b - rest), 0.0)
-
-
-class Total:
-    """A plane's sum over blocks as two float64 a value, (hi, lo) of shape (h, w); hi is the sum's nearest float64.
-
-    Sums of float32 are exact in it while they span fewer than some 60 powers of two (Dekker 1971), so
-    their order does not matter. Nothing is allocated before it is needed: `hi` is None for a plane of
-    zeros, `lo` while every sum was exact in float64, which is the usual case.
-    """
-
-    CHUNK = 1 << 15  # values worked on at once, so that temporaries stay in the cache
-
-    __slots__ = ("hi", "lo")
-
-    def __init__(self, hi: np.ndarray | None = None, lo: np.ndarray | None = None):
-        self.hi, self.lo = hi, lo
-
-    def copy(self) -> Total:
-        return Total(*(None if half is None else half.copy() for half in (self.hi, self.lo)))
-
-    def add_listed(self, values: np.ndarray, at: np.ndarray) -> None:
-        """Add values (n) to the pixels `at`, indices into the plane that has `hi` already."""
-        halves = [None if half is None else half.ravel()[at][None] for half in (self.hi, self.lo)]
-        part = Total(*halves)
-        part.add(values[None])
-        self.hi.ravel()[at] = part.hi[0]
-        if part.lo is not None:
-            self.lo = np.zeros_like(self.hi) if self.lo is None else self.lo
-            self.lo.ravel()[at] = part.lo[0]
-
-    def add(self, hi: np.ndarray, lo: np.ndarray | None = None) -> None:
-        """Add a plane of values (float32 or float64), or another total's two halves."""
-        if self.hi is None:
-            self.hi, self.lo = hi.astype(np.float64), None if lo is None else lo.copy()
-            return
-        step = max(1, self.CHUNK // hi.shape[1])
-        with np.errstate(invalid="ignore"):  # inf - inf, where a device delivered them
-            for row in range(0, hi.shape[0], step):
-                self.add_rows(slice(row, row + step), hi, lo)
-
-    def add_rows(self, rows: slice, hi: np.ndarray, lo: np.ndarray | None) -> None:
-        total, error = two_sum(self.hi[rows], hi[rows].astype(np.float64, copy=False))
-        for rest in (self.lo, lo):
-            if rest is not None:
-                total, error = two_sum(total, error + rest[rows])
-        self.hi[rows] = total
-        if self.lo is None and error.any():
-            self.lo = np.zeros_like(self.hi)
-        if self.lo is not None:
-            self.lo[rows] = error
-
-
 class Film:
     """Sums of the samples [first, end) of a region's pixels; of [first, ends) where pixels have different numbers.
 
     `open` is the float32 array (planes, h, w) into which a device adds the samples of the block under
-    way, in order; `add_samples` says how many came and closes the block when it is full. Where it is the block of
-    the pixels `listed`, indices into (h, w), `open` is (planes, 1, n). `ends` are the borders to which each pixel's
-    blocks are closed, `limits` where it is to end, int64 (h, w); all three are None while all pixels have the same
-    samples, [first, end), and `end` then only goes on to count. A film that goes on from one whose pixels differ has
-    an integer (h, w) as `first`.
+    way, in order; `add_samples` says how many came and closes the block when it is full. Where pixels have different
+    numbers `ends` are those to which they have samples and `limits` those at which they are to end, int64 (h, w), at
+    borders of blocks; `turn` knows whose blocks come next, which `add_blocks` takes whole. All three are None while
+    pixels have the same samples, [first, end); afterwards `end` and `open` are of no more use. A film that goes on from
+    one whose pixels differ has an integer (h, w) as `first`.
 
     `ended` counts the paths that each of LIMITS, the bounce limits, has ended, uint64.
     """
@@ -123,7 +66,8 @@ class Film:
         self.first, self.end = first, (first if np.ndim(first) == 0 else 0)
         self.ends: np.ndarray | None = None
         self.limits: np.ndarray | None = None
-        self.listed: np.ndarray | None = None
+        self.turn: Turn | None = None
+        self._paths = 0  # where pixels have different numbers
         self.open = np.zeros((planes, *self.shape), np.float32)
         self.totals = [Total() for _ in range(planes)]
         self.ended = np.zeros(len(LIMITS), np.uint64)
@@ -134,6 +78,10 @@ class Film:
     @property
     def planes(self) -> int:
         return self.open.shape[0]
+
+    @property
+    def pixels(self) -> int:
+        return self.shape[0] * self.shape[1]
 
     @property
     def has_aovs(self) -> bool:
@@ -156,9 +104,14 @@ class Film:
         return self.now() - self.first
 
     @property
+    def paths(self) -> int:
+        """Samples of all pixels together."""
+        return self.pixels * (self.end - self.first) if self.ends is None else self._paths
+
+    @property
     def samples(self) -> int:
         """Samples a pixel, the mean where pixels have different numbers."""
-        return int(np.mean(self.counts))
+        return self.paths // self.pixels
 
     @property
     def most_samples(self) -> int:
@@ -168,9 +121,11 @@ class Film:
     @property
     def replicate_samples(self) -> tuple[int, int] | tuple[np.ndarray, np.ndarray]:
         """Samples of a pixel of replicates 0 and 1, as `counts`; they differ by one where the count is odd."""
-        now = self.now()
-        even = (now + 1) // 2 - (self.first + 1) // 2
-        return even, now - self.first - even
+        if self.ends is not None:  # whole blocks
+            half = self.counts // 2
+            return half, half
+        even = (self.end + 1) // 2 - (self.first + 1) // 2
+        return even, self.end - self.first - even
 
     @property
     def open_samples(self) -> int:
@@ -179,18 +134,15 @@ class Film:
 
     def now(self) -> int | np.ndarray:
         """The sample that follows those of a pixel."""
-        if self.ends is None:
-            return self.end
-        now = self.ends.copy()
-        if self.listed is not None:
-            now.ravel()[self.listed] += self.open_samples
-        return now
+        return self.end if self.ends is None else self.ends
 
     def add_samples(self, count: int, ended: np.ndarray | int = 0) -> None:
         """Note that `count` samples were added to `open`, of which the bounce limits ended `ended` paths (a device's).
 
-        Raises FilmError where they do not fit its block.
+        Raises FilmError where they do not fit its block, and for a film whose pixels get blocks.
         """
+        if self.ends is not None:
+            raise FilmError("pixels with different numbers of samples get whole blocks (add_blocks)")
         if count < 0 or self.open_samples + count > BLOCK:
             raise FilmError(f"{count} samples after sample {self.end} cross the border of a block of {BLOCK}")
         self.end += count
@@ -203,11 +155,9 @@ class Film:
         if self.open_samples:
             raise FilmError(f"the block holds {self.open_samples} of {BLOCK} samples and stays open")
         for plane, total in zip(self.open, self.totals, strict=True):
-            add_block(total, plane, self.listed)
+            if any_of(plane):
+                total.add(plane)
         self.open.fill(0.0)
-        if self.listed is not None:
-            self.ends.ravel()[self.listed] += BLOCK
-            self.list_pixels()
 
     def allow(self, limits: np.ndarray) -> None:
         """Say where each pixel is to end, integers (h, w), at borders of blocks; less than there is changes nothing.
@@ -219,36 +169,52 @@ class Film:
             raise FilmError(f"limits are multiples of {BLOCK}, one for each pixel of {self.shape}")
         if self.open_samples:
             raise FilmError(f"the block holds {self.open_samples} of {BLOCK} samples and must be full first")
-        ends = np.full(self.shape, self.end, np.int64) if self.ends is None else self.ends
-        self.ends, self.limits = ends, np.maximum(limits, ends)
+        if self.ends is None:
+            self.ends = np.full(self.shape, self.end, np.int64)
+        self.open = np.zeros((self.planes, 0, 0), np.float32)
+        self.limits, self._paths = np.maximum(limits, self.ends), int(self.counts.sum())
         for total in self.totals:
             if total.hi is None:
                 total.hi = np.zeros(self.shape)
-        self.list_pixels()
-
-    def list_pixels(self) -> None:
-        """Open the next block of the pixels that are below their limit."""
-        order = by_squares(*self.shape)
-        self.listed = order[(self.ends < self.limits).ravel()[order]]
-        self.open = np.zeros((self.planes, 1, len(self.listed)), np.float32)
+        self.turn = first_turn((self.limits - self.ends) // BLOCK)
 
     @property
     def settled(self) -> bool:
         """Whether every pixel has what `allow` said."""
-        return self.listed is not None and not len(self.listed)
+        return self.turn is not None and not len(self.turn.pixels)
 
-    def listed_item(self, samples: int) -> WorkItem:
-        """At most `samples` further samples of the open block, of the listed pixels."""
-        rows, columns = np.divmod(self.listed, self.shape[1])
-        pixels = [columns + self.region[0], rows + self.region[1], self.ends.ravel()[self.listed]]
-        return WorkItem((0, 0, len(self.listed), 1), self.open_samples, min(samples, BLOCK - self.open_samples),
-                        np.stack(pixels, axis=-1).astype(np.int32))
+    def next_blocks(self, most: int) -> WorkItem:
+        """The next blocks that pixels lack, at most `most`, to be added by `add_blocks`."""
+        parts, _ = self.turn.give(most)
+        pixels, lacks = (np.concatenate(of) for of in ([part.pixels for part in parts], [part.lacks for part in parts]))
+        rows = pixels // self.shape[1]
+        made = np.empty((len(pixels), 3), np.int32)
+        made[:, 0], made[:, 1] = pixels - rows * self.shape[1] + self.region[0], rows + self.region[1]
+        made[:, 2] = self.limits.reshape(-1)[pixels] - BLOCK * lacks
+        return WorkItem((0, 0, len(pixels), 1), 0, BLOCK, made)
+
+    def add_blocks(self, sums: np.ndarray, ended: np.ndarray | int = 0) -> None:
+        """Add the sums, float32 (planes, 1, n), of the n blocks that `next_blocks` gave; `ended` as in add_samples.
+
+        Raises FilmError for another number of planes and for more blocks than pixels lack.
+        """
+        parts, turn = self.turn.give(sums.shape[2])
+        given = sum(len(part.pixels) for part in parts)
+        if sums.shape != (self.planes, 1, given):
+            raise FilmError(f"sums {sums.shape} are no blocks of {self.planes} planes, of which {given} are lacking")
+        add_parts(self.totals, parts, sums[:, 0])
+        for part in parts:
+            self.ends.reshape(-1)[part.pixels] += BLOCK
+        self.turn = turn
+        self._paths += BLOCK * given
+        self.ended += np.asarray(ended, np.uint64)
 
     def sum(self, plane: int) -> np.ndarray:
         """Sum of a plane over all samples, float64 (h, w): the same bits however the samples were split."""
-        total = self.totals[plane].copy()
-        if self.open_samples:
-            add_block(total, self.open[plane], self.listed)
+        total = self.totals[plane]
+        if self.open_samples and any_of(self.open[plane]):
+            total = total.copy()
+            total.add(self.open[plane])
         return np.zeros(self.shape) if total.hi is None else total.hi + 0.0  # + 0.0: one sign of zero
 
     def save(self, path: str | Path, scene_hash: str, settings: dict) -> None:
@@ -269,23 +235,6 @@ class Film:
             np.savez(file, **arrays)
 
 
-def add_block(total: Total, plane: np.ndarray, listed: np.ndarray | None) -> None:
-    """Add an open block's plane, of all pixels or of the listed ones."""
-    if not plane.any():
-        return
-    if listed is None:
-        total.add(plane)
-    else:
-        total.add_listed(plane[0], listed)
-
-
-@lru_cache(maxsize=2)
-def by_squares(height: int, width: int) -> np.ndarray:
-    """Indices into (height, width) pixels, ordered by squares: neighbours' paths go much the same way."""
-    rows, columns = np.divmod(np.arange(height * width), width)
-    return np.lexsort((columns, rows, columns // SQUARE, rows // SQUARE))
-
-
 def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
     """Read a checkpoint; rendering on from it gives the bits of a render in one go.
 
@@ -302,8 +251,8 @@ def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
             check_origin(path, head, scene_hash, settings)
             film = Film(tuple(head["region"]), head["planes"], head["first"])
             if "ends" in data:
-                film.ends, film.limits = (loaded(path, data, name, np.int64, film.shape) for name in ("ends", "limits"))
-                film.list_pixels()
+                film.ends, limits = (loaded(path, data, name, np.int64, film.shape) for name in ("ends", "limits"))
+                film.allow(limits)
             film.end = head["end"]
             film.ended[:] = head["ended"]
             film.open = loaded(path, data, "open", np.float32, film.open.shape)
@@ -371,7 +320,7 @@ def merge(films: Iterable[Film]) -> Film:
             if film.totals[plane].hi is not None:
                 total.add(film.totals[plane].hi, film.totals[plane].lo)
     if uneven:
-        merged.ends = reached
+        merged.ends = np.array(reached)
         merged.allow(reached)
     else:
         merged.end = parts[-1].end

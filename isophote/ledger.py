@@ -80,17 +80,12 @@ def clamp_entry(film: Film, settings: Settings, name: str) -> dict:
     return entry(name, setting, "rendered", removed, interval, cut_light / math.prod(film.shape))
 
 
-def paths_of(film: Film) -> int:
-    """How many paths left the camera."""
-    return int(np.broadcast_to(film.counts, film.shape).sum())
-
-
 def limit_entry(film: Film, settings: Settings, name: str) -> dict:
     """What a bounce limit ended: nothing where no path got so far, else it is not known."""
     ended, setting = int(film.ended[LIMITS.index(name)]), getattr(settings, name)
     if not ended:
         return nothing(name, setting, paths=0.0)
-    return entry(name, setting, "not measured", paths=ended / paths_of(film), how=MEASURE)
+    return entry(name, setting, "not measured", paths=ended / film.paths, how=MEASURE)
 
 
 def invalid_entry(film: Film) -> dict:

@@ -22,7 +22,13 @@ class MaterialProgram:
     @property
     def attributes(self) -> set[int]:
         """Numbers of the attributes that its steps read."""
-        return {data for op, _, _, _, data, _ in self.steps if op == operations()["attribute"].number}
+        reading = {operations()[name].number for name in ("attribute", "attribute_at")}
+        return {data for op, _, _, _, data, _ in self.steps if op in reading}
+
+
+# No light is evaluated against their normals. Where another closure has one of its own, all others are looked at in
+# frames of their own, too.
+FRAMELESS = {OPERATIONS[name][0] for name in ("emission", "transparent")}
 
 
 def make_material(instructions: list[Instruction]) -> MaterialProgram:
@@ -36,11 +42,14 @@ def make_material(instructions: list[Instruction]) -> MaterialProgram:
         raise ProgramTooLarge(f"it has {count} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible")
     placed = [with_frame(each) for each in instructions]
     transparent = OPERATIONS["transparent"][0]
+    framed = any(each.normal is not None for each in placed)
+    reading = [instruction_varies(each) or (framed and each.op not in FRAMELESS) for each in placed]
     shadow = [w for each in placed if each.op == transparent and varies(each.weight) for w in each.weight]
-    others = [number for each in placed if instruction_varies(each)
+    others = [number for each, reads in zip(placed, reading, strict=True) if reads
               for number in (*each.weight, *each.params, *(each.normal or ()), *(each.tangent or ()))]
     program = compile_program(shadow, others)
-    return MaterialProgram([row_of(each, program) for each in placed], program.steps, program.shadow_steps)
+    rows = [row_of(each, program, reads) for each, reads in zip(placed, reading, strict=True)]
+    return MaterialProgram(rows, program.steps, program.shadow_steps)
 
 
 def instruction_varies(each: Instruction) -> bool:
@@ -76,13 +85,13 @@ def in_a_row(three: tuple[Number, ...]) -> tuple[Value, ...]:
     return tuple(Value(call1("vector", *three).call, k) for k in range(3))
 
 
-def row_of(each: Instruction, program: Program) -> tuple:
-    if not instruction_varies(each):
+def row_of(each: Instruction, program: Program, reads: bool) -> tuple:
+    if not reads:
         return each.op, 0, each.weight, each.params
     n, where = numbers(), program.register_of
     flags = n["INSTRUCTION_VARIES"]
     if each.normal:
-        flags |= n["INSTRUCTION_BUMPS"] | where(each.normal[0]) << 8
+        flags |= n["INSTRUCTION_BUMPS"] | where(each.normal[0]) << 8 | each.softened * n["INSTRUCTION_SOFTENED"]
     if each.tangent:
         flags |= where(each.tangent[0]) << 16
     return each.op, flags, tuple(map(where, each.weight)), list(map(where, each.params))

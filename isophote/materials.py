@@ -79,16 +79,18 @@ DELTA_PHONG = 1e-4  # alpha, of Ashikhmin and Shirley's lobe
 
 class Instruction(NamedTuple):
     """A closure or layer: RGB weight and parameters, numbers or Values (values.py). `normal` and `tangent` (its frame's
-    x axis), each three of them, stand in for the surface's own."""
+    x axis), each three of them, stand in for the surface's own. `softened`: where the two normals of a diffuse closure
+    disagree about light, its edge is softened."""
 
     op: int
     weight: tuple
     params: list
     normal: tuple | None = None
     tangent: tuple | None = None
+    softened: bool = True
 
 
-def make_instruction(operation: str, weight, normal=None, tangent=None, **params) -> Instruction:
+def make_instruction(operation: str, weight, normal=None, tangent=None, softened=True, **params) -> Instruction:
     """An Instruction.
 
     Raises KeyError for an unknown operation, TypeError for an unknown or missing parameter.
@@ -98,7 +100,7 @@ def make_instruction(operation: str, weight, normal=None, tangent=None, **params
     if set(given) != set(names):
         raise TypeError(f"{operation} takes {', '.join(names) or 'no parameters'}, got {', '.join(params)}")
     values = [as_number(given[name]) for name in names]
-    return Instruction(number, tuple(as_number(w) for w in weight), values, normal, tangent)
+    return Instruction(number, tuple(as_number(w) for w in weight), values, normal, tangent, softened)
 
 
 def as_number(x):

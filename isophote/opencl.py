@@ -135,6 +135,7 @@ class OpenCLDevice:
         self.largest_buffer = lowered(min(self.device.max_mem_alloc_size, self.total_memory), BUFFER)
         self.memory: dict[str, int] = {}
         self.ended = np.zeros(len(LIMITS), np.uint64)
+        self.made = np.zeros(0, np.float32)  # where an item's sums are read to: new memory takes longer than that
         self.scene: dict = {}  # buffers by name, in the order of kernels/scene_buffers.h
         self.arrays: dict[str, np.ndarray] = {}  # what was copied into them and others hold anyway
         self.geometry = None
@@ -263,7 +264,9 @@ class OpenCLDevice:
             if not self.calling(self.wavefront.trace, params_buffer, film, first, min(at_once, pixels - first),
                                 item.samples, bounces, cancelled):
                 return 0
-        made = np.empty_like(sums)
+        if len(self.made) < sums.size:
+            self.made = np.empty(sums.size, np.float32)
+        made = self.made[:sums.size].reshape(sums.shape)
         self.calling(self.cl.enqueue_copy, self.queue, made, film)
         self.calling(self.cl.enqueue_copy, self.queue, limits, self.wavefront.limits)
         sums[:] = made
@@ -271,8 +274,8 @@ class OpenCLDevice:
         return item.samples
 
     def leave(self) -> OpenCLDevice:
-        """As Device.leave: room for paths is given back, since it is made again at once."""
-        self.wavefront = None
+        """As Device.leave: room for paths and sums is given back, since it is made again at once."""
+        self.wavefront, self.made = None, np.zeros(0, np.float32)
         if self.built:
             self.built.keep(self.note)
         return self

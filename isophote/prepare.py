@@ -87,6 +87,7 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0,
                               light_count=len(lights), lamp_count=len(lamps), light_depth=light_depth,
                               features=features, attributes=scene.mesh_attributes.shape[1],
+                              instance_columns=scene.instance_values.shape[1],
                               registers=registers_used(scene))}
     buffers = {name: np.ascontiguousarray(buffers[name], dtype.base) for name, dtype in scene_buffers().items()
                if name in buffers}
@@ -173,7 +174,7 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
     start[:, n["DOMAIN_TRIANGLE"]] = scene.mesh_triangles[:-1]
     start[:, n["DOMAIN_CORNER"]] = 3 * scene.mesh_triangles[:-1].astype(np.int64)
     first = a[:, :, 0] - a[:, :, 2] * np.take_along_axis(start, a[:, :, 1], axis=1)
-    i, info = scene.images.astype(np.int64), scene.instance_info
+    i = scene.images.astype(np.int64)
     texels = np.zeros(-(-len(scene.image_texels) // 4) * 4, np.uint8)
     texels[:len(scene.image_texels)] = scene.image_texels
     return {
@@ -182,8 +183,8 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
                                         domain=a[:, :, 1].ravel(), components=a[:, :, 2].ravel()),
         "attribute_values": scene.attribute_values if len(scene.attribute_values) else np.zeros(a.size, np.float32),
         "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
-        "instance_infos": make_records("InstanceInfo", len(info), color=info[:, :3], alpha=info[:, 3],
-                                       index=info[:, 4], random=info[:, 5]),
+        "instance_values": scene.instance_values if len(scene.instance_values) else np.zeros(
+            scene.instance_values.shape[1], np.float32),
         "images": make_records("Image", len(i), first=i[:, 0] // 4, width=i[:, 1], height=i[:, 2], channels=i[:, 3],
                                texel=i[:, 4], flags=i[:, 5]),
         "texels": texels.view(np.uint32),

@@ -3,7 +3,8 @@
 One table, FIELDS, names each array with its type, shape and meaning; saving, loading, hashing and
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
-Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances with info (I or 0), G images, X bytes.
+Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances of which values are known (I or 0), R
+numbers of each, G images, X bytes.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ FIELDS: dict[str, Field] = {
     "mesh_attributes": Field("u4", ("M", "A", 3), "first number in attribute_values, DOMAIN_, components (1 to 4)",
                              zeros=True),
     "attribute_values": Field("f4", ("B",), "by mesh, attribute, element and component"),
-    "instance_info": Field("f4", ("O", 6), "colour, alpha, object index, random number of each instance"),
+    "instance_values": Field("f4", ("O", "R"), "what steps ask of each instance, a column each"),
     "images": Field("i4", ("G", 6), "first byte of image_texels, width, height, channels, TEXEL_ kind, IMAGE_ flags"),
     "image_texels": Field("u1", ("X",), "rows from the bottom up; each image begins at a multiple of 4"),
     "light_kind": Field("i4", ("L",), "LIGHT_ numbers (kernels/scene_records.h)"),

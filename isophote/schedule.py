@@ -15,6 +15,7 @@ import numpy as np
 BLOCK = 64  # samples a pixel summed in float32 (design, section 6)
 FIRST_DECISION = 16  # samples before which no render stops for its error
 ITEM_SECONDS = 0.35  # an item aims at 0.2 to 0.5 s: cancelling is quick, overhead is small
+FIRST_BLOCKS, MOST_BLOCKS = 1 << 8, 1 << 20  # of an item that lists pixels: at unknown speed; 100 MB of sums at most
 
 Region = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels from the lower left; x1 and y1 lie outside
 
@@ -24,7 +25,8 @@ class WorkItem:
     """Samples [first_sample, first_sample + samples) of every pixel of a region; never crosses a block's border.
 
     With `pixels`, int32 (n, 3), these are no region's pixels but n others in one row, region (0, 0, n, 1): x and y in
-    the frame, and the sample, at a block's border, from which `first_sample` counts.
+    the frame, and the sample, at a block's border, from which `first_sample` counts. A pixel may be there several
+    times, for several blocks.
     """
 
     region: Region
@@ -92,6 +94,13 @@ def choose_step(seconds_per_sample: float, target: float = ITEM_SECONDS) -> int:
         return 1
     fitting = min(target / seconds_per_sample, BLOCK)
     return 1 << max(0, int(fitting).bit_length() - 1)
+
+
+def choose_blocks(seconds_per_block: float, target: float = ITEM_SECONDS) -> int:
+    """How many blocks of single pixels fit `target` seconds at the measured speed, from 1 to MOST_BLOCKS."""
+    if not seconds_per_block > 0:
+        return FIRST_BLOCKS
+    return max(1, int(min(target / seconds_per_block, MOST_BLOCKS)))
 
 
 def split(samples: int, parts: int, first: int = 0) -> list[tuple[int, int]]:

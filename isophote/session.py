@@ -21,8 +21,19 @@ from isophote.memory import check_host_memory
 from isophote.passes import check_passes, film_planes
 from isophote.records import feature_names
 from isophote.scene import Scene, SceneError
-from isophote.schedule import BLOCK, Region, WorkItem, choose_step, is_decision, next_decision, next_samples
+from isophote.schedule import (
+    BLOCK,
+    ITEM_SECONDS,
+    Region,
+    WorkItem,
+    choose_blocks,
+    choose_step,
+    is_decision,
+    next_decision,
+    next_samples,
+)
 from isophote.settings import Settings
+from isophote.statistics import Luminance, luminance_of
 from isophote.validate import check
 
 if TYPE_CHECKING:
@@ -75,9 +86,11 @@ class Session:
         self._started: float | None = None
         self._seconds = 0.0
         self._paths_by_device: dict[str, int] = {}  # of this session, without those of a film that it was given
-        self._sample_seconds = 0.0  # for a sample of every pixel
+        self._lately = (0.0, 0.0)  # seconds and paths of the last items
+        self._room = np.zeros(0, np.float32)  # for the sums of blocks: new memory costs more than they do
         self._leaves = False
         self._claim, self._claim_due, self._claim_at = Claim(None, None, None), 0.0, -1
+        self._seen: Luminance | None = None  # what the last claim saw, until the next item
         self._looks: list[tuple[int, float]] = []  # samples and error_95 where the render might have stopped
         self.why_stopped = ""
         self._scene: Scene | None = scene  # until it is hashed
@@ -172,14 +185,9 @@ class Session:
         return int(np.max(self.film.first)) + self.settings.samples
 
     @property
-    def pixels(self) -> int:
-        height, width = self.film.shape
-        return height * width
-
-    @property
     def own_samples(self) -> float:
         """Samples a pixel that this session rendered."""
-        return sum(self._paths_by_device.values()) / self.pixels
+        return sum(self._paths_by_device.values()) / self.film.pixels
 
     def reason_to_stop(self) -> str:
         if self.error_reached():
@@ -217,37 +225,59 @@ class Session:
         film, most = self.film, self.end // BLOCK * BLOCK
         if film.ends is not None and film.settled or film.ends is None and self.goes_adaptive():
             adaptive = self.settings.adaptive and self.settings.error_target > 0.0
-            film.allow(next_limits(film, self.settings.error_target, most) if adaptive else
+            seen = self._seen if self._claim_at == film.paths else None
+            film.allow(next_limits(film, self.settings.error_target, most, seen) if adaptive else
                        np.full(film.shape, most))
-        share = 1.0 if film.listed is None else len(film.listed) / self.pixels
-        seconds = share * self._sample_seconds
-        step = choose_step(seconds)
-        if self.settings.time_limit > 0.0 and seconds > 0.0:
-            step = min(step, max(1, int((self.settings.time_limit - self.elapsed()) / seconds)))
-        if film.listed is not None:
-            return film.listed_item(step)
-        end = self.end
+        self._seen = None
+        left = self.settings.time_limit - self.elapsed() if self.settings.time_limit > 0.0 else ITEM_SECONDS
+        seconds = min(ITEM_SECONDS, max(0.0, left))
+        if film.ends is not None:
+            return film.next_blocks(choose_blocks(BLOCK * self.path_seconds, seconds))
+        step, end = choose_step(film.pixels * self.path_seconds, seconds), self.end
         if self.settings.error_target > 0.0:
             end = min(end, film.first + next_decision(film.samples))
         return WorkItem(self.region, film.end, next_samples(film.first, film.end, end, step))
 
     def render_item(self) -> None:
         film, item = self.film, self.next_item()
+        blocks = item.pixels is not None
+        sums = self.sums_of_blocks(len(item.pixels)) if blocks else film.open
         before = time.perf_counter()
         try:
-            added = self.device.render(item, self.settings, film.open, self.cancelled)
+            added = self.device.render(item, self.settings, sums, self.cancelled)
             if not 0 <= added <= item.samples or not (added or self.cancelled()):
                 raise DeviceError(f"{self.device.name} gave {added} of {item.samples} samples without being cancelled")
         except DeviceError as error:
             self.fall_back(error)
             return
+        if blocks and added < BLOCK:
+            added = 0  # a block is there whole or not at all
         if added:
-            paths = added * film.open[0].size
-            self._sample_seconds = (time.perf_counter() - before) * self.pixels / paths
-            drawn = self._paths_by_device
-            drawn[self.device.name] = drawn.get(self.device.name, 0) + paths
-        film.add_samples(added, self.device.ended if added else 0)
+            self.note_speed(time.perf_counter() - before, added * sums[0].size)
+        if not blocks:
+            film.add_samples(added, self.device.ended if added else 0)
+        elif added:
+            film.add_blocks(sums, self.device.ended)
         self.hash_scene()
+
+    def sums_of_blocks(self, count: int) -> np.ndarray:
+        """Zeros for an item of so many blocks, float32 (planes, 1, count), in memory that is used again."""
+        size = self.film.planes * count
+        if size > len(self._room):
+            self._room = np.empty(size, np.float32)
+        self._room[:size] = 0.0
+        return self._room[:size].reshape(self.film.planes, 1, count)
+
+    def note_speed(self, seconds: float, paths: int) -> None:
+        """Note an item. It counts twice as much as the one before, and small ones count little."""
+        self._lately = self._lately[0] / 2.0 + seconds, self._lately[1] / 2.0 + paths
+        drawn = self._paths_by_device
+        drawn[self.device.name] = drawn.get(self.device.name, 0) + paths
+
+    @property
+    def path_seconds(self) -> float:
+        """Time that the device takes for a path; 0 while nobody knows."""
+        return self._lately[0] / self._lately[1] if self._lately[1] else 0.0
 
     def fall_back(self, error: DeviceError) -> None:
         """Go on on the CPU with the same film, and say so. Raises the error where it is the CPU that failed."""
@@ -263,13 +293,14 @@ class Session:
         self.settings = replace(self.settings, device="openmp")
         self.device = open_device("openmp", self.settings)
         self.device.upload(self.prepared)
-        self._sample_seconds = 0.0
+        self._lately = (0.0, 0.0)
 
     def claim(self, fresh: bool = False) -> Claim:
         """What is known of the error; estimated anew where `fresh`, else when that costs little of the time."""
         now = time.perf_counter()
-        if self._claim_at != self.film.end and (fresh or now >= self._claim_due):
-            self._claim, self._claim_at = claim_of(self.film), self.film.end
+        if self._claim_at != self.film.paths and (fresh or now >= self._claim_due):
+            self._seen, self._claim_at = luminance_of(self.film), self.film.paths
+            self._claim = claim_of(self.film, self._seen)
             cost = time.perf_counter() - now
             self._claim_due = now + cost / ERROR_SHARE
         return self._claim
@@ -308,7 +339,7 @@ class Session:
             "height": height,
             "samples": self.film.samples,
             "most_samples": self.film.most_samples,
-            "samples_by_device": {name: paths // self.pixels for name, paths in self._paths_by_device.items()},
+            "samples_by_device": {name: paths // self.film.pixels for name, paths in self._paths_by_device.items()},
             "setup_seconds": self.setup_seconds,
             "build_seconds": self.build_seconds,
             "compile_seconds": self.device.compile_seconds,

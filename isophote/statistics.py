@@ -28,23 +28,30 @@ Z95 = 1.959963984540054
 
 def sums_over_tiles(values: np.ndarray, origin: tuple[int, int] = (0, 0), tile: int = TILE) -> np.ndarray:
     """Sums of (h, w) over tiles of the full frame's grid; `origin` is the x, y of the first pixel in the frame."""
-    x0, y0 = origin
-    height, width = values.shape
-    rows = np.maximum(np.arange(y0 // tile * tile, y0 + height, tile) - y0, 0)
-    columns = np.maximum(np.arange(x0 // tile * tile, x0 + width, tile) - x0, 0)
+    rows, columns = (borders_of_tiles(*of, tile)[:-1] for of in zip(values.shape, origin[::-1], strict=True))
     return np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1)
+
+
+def borders_of_tiles(size: int, origin: int, tile: int) -> np.ndarray:
+    """Where the tiles of a row of pixels begin, and where the last one ends."""
+    return np.clip(np.arange(origin // tile * tile, origin + size + tile, tile) - origin, 0, size)
+
+
+def pixels_of_tiles(shape: tuple[int, int], origin: tuple[int, int] = (0, 0), tile: int = TILE) -> np.ndarray:
+    """How many pixels each tile of (h, w) has: sums_over_tiles of ones."""
+    rows, columns = (np.diff(borders_of_tiles(*of, tile)) for of in zip(shape, origin[::-1], strict=True))
+    return np.multiply.outer(rows, columns).astype(np.float64)
 
 
 def spread_over_tiles(tiles: np.ndarray, shape: tuple[int, int], origin=(0, 0), tile: int = TILE) -> np.ndarray:
     """The inverse shape of sums_over_tiles: each pixel of (h, w) gets its tile's value."""
-    rows = (np.arange(shape[0]) + origin[1]) // tile - origin[1] // tile
-    columns = (np.arange(shape[1]) + origin[0]) // tile - origin[0] // tile
-    return tiles[rows[:, None], columns[None, :]]
+    rows, columns = (np.diff(borders_of_tiles(*of, tile)) for of in zip(shape, origin[::-1], strict=True))
+    return np.repeat(np.repeat(tiles, columns, axis=1), rows, axis=0)
 
 
 def pool(values: np.ndarray, origin: tuple[int, int] = (0, 0), tile: int = TILE) -> np.ndarray:
     """Each pixel's mean over its tile, (h, w) to (h, w)."""
-    means = sums_over_tiles(values, origin, tile) / sums_over_tiles(np.ones(values.shape), origin, tile)
+    means = sums_over_tiles(values, origin, tile) / pixels_of_tiles(values.shape, origin, tile)
     return spread_over_tiles(means, values.shape, origin, tile)
 
 
@@ -54,7 +61,9 @@ def weighted_sums(film: Film, weights: np.ndarray) -> tuple[np.ndarray, np.ndarr
     for replicate in (0, 1):
         for channel, weight in enumerate(weights):
             if weight:
-                halves[replicate] += weight * film.sum(4 * replicate + channel)
+                part = film.sum(4 * replicate + channel)
+                part *= weight
+                halves[replicate] += part
     return halves[0], halves[1]
 
 
@@ -62,7 +71,8 @@ def variance_of_mean(sums: tuple[np.ndarray, np.ndarray], counts: tuple) -> np.n
     """v of this module's head, (h, w), not pooled, from the sums of both replicates and their sample counts (> 0, of
     all pixels or of each)."""
     difference = sums[0] / counts[0] - sums[1] / counts[1]
-    return difference * difference * (counts[0] * counts[1] / (counts[0] + counts[1]) ** 2)
+    alike = counts[0] is counts[1]  # whole blocks
+    return difference * difference * (0.25 if alike else counts[0] * counts[1] / (counts[0] + counts[1]) ** 2)
 
 
 @dataclass(frozen=True)
@@ -76,11 +86,11 @@ class Luminance:
 
 def luminance_of(film: Film) -> Luminance | None:
     """The luminance of a film's picture; None with one sample a pixel."""
-    if np.min(film.replicate_samples) == 0:
+    counts = film.replicate_samples
+    if np.min(counts[1]) == 0:
         return None
     halves = weighted_sums(film, LUMINANCE)
-    return Luminance((halves[0] + halves[1]) / film.counts, variance_of_mean(halves, film.replicate_samples),
-                     film.region[:2])
+    return Luminance((halves[0] + halves[1]) / film.counts, variance_of_mean(halves, counts), film.region[:2])
 
 
 def pixel_error(film: Film) -> np.ndarray:
@@ -118,7 +128,7 @@ def image_error(film: Film, seen: Luminance | None = None) -> ImageError | None:
     if not brightness > 0.0:
         return None
     variance, origin = seen.variance, seen.origin
-    counts = sums_over_tiles(np.ones(film.shape), origin)
+    counts = pixels_of_tiles(film.shape, origin)
     sums = sums_over_tiles(variance, origin)
     squares = sums_over_tiles(variance * variance, origin)
     # A tile of one pixel has no scatter of its own: v^2 stands in, an overestimate.

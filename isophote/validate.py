@@ -284,7 +284,9 @@ def value_problems(scene: Scene) -> list[Problem]:
 
 def data_outside(scene: Scene) -> np.ndarray:
     """Mask (Z) of steps that name an attribute, an image or an entry of the tables that there is not."""
-    lengths = {"attribute": scene.mesh_attributes.shape[1], "image": len(scene.images)}
+    attributes = scene.mesh_attributes.shape[1]
+    lengths = {"attribute": attributes, "attribute_at": attributes, "image": len(scene.images),
+               "instance_value": scene.instance_values.shape[1]}
     outside = np.zeros(len(scene.step_op), bool)
     for name, length in lengths.items():
         if name in operations():
@@ -313,8 +315,8 @@ def table_problems(scene: Scene) -> list[Problem]:
     end = i[:, 0] + i[:, 1] * i[:, 2] * i[:, 3] * sizes[np.clip(i[:, 4], 0, 3)]
     for image in np.flatnonzero(~fits | (end > len(scene.image_texels))):
         problems.append(Problem("error", scene.name_of("images", image), "its pixels lie outside the array"))
-    if len(scene.instance_info) not in (0, len(scene.instance_mesh)):
-        problems.append(Problem("error", "instances", "there is not one row of info for each"))
+    if len(scene.instance_values) not in (0, len(scene.instance_mesh)):
+        problems.append(Problem("error", "instances", "there is not one row of values for each"))
     return problems
 
 

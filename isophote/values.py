@@ -48,7 +48,7 @@ def operation_of(number: int) -> str | None:
 
 
 # The families that read the shaded point or the scene's data, and so are never constant.
-SOURCES = {name for name, each in operations().items() if each.number // 32 in (0, 6) and name != "constant"}
+SOURCES = {name for name, each in operations().items() if each.number // 32 in (0, 6, 7) and name != "constant"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,6 +327,22 @@ class Schedule:
         registers = {key_of(each): first[id(self.call_of(each))] + (each.output if isinstance(each, Value) else 0)
                      for each in wanted}
         return Program(steps, shadow_steps, used, registers)
+
+
+def rewritten(wanted: Number, change) -> Number:
+    """The expression with some of its calls replaced: change(call, inputs) returns the numbers that stand for a call's
+    outputs, or None where it stays what it is; `inputs` are the call's, rewritten already."""
+    schedule, outputs = Schedule(), {}
+    schedule.add(wanted)
+    for call in schedule.calls:
+        inputs = tuple(outputs[id(each.call)][each.output] if isinstance(each, Value) else each for each in call.inputs)
+        made = change(call, inputs)
+        if made is None:
+            same = all(a is b or a == b for a, b in zip(inputs, call.inputs, strict=True))
+            made = (tuple(Value(call, k) for k in range(operations()[call.name].outputs)) if same else
+                    ARITHMETIC.call(call.name, inputs, data=call.data, repeat=call.repeat, number=call.number))
+        outputs[id(call)] = made
+    return outputs[id(wanted.call)][wanted.output] if isinstance(wanted, Value) else wanted
 
 
 def find_run(free: list[bool], count: int) -> int:

@@ -17,7 +17,7 @@
   X(seed)    /* of pixel and replicate */                                                    \
   X(index)   /* of the sample within the replicate */                                        \
   X(bounces) /* counts by kind, 8 bits each: all, diffuse, glossy, transmission */           \
-  X(status)  /* RAY_ bit of the last scattering | transparent count << 8 | PATH_ flags | receiver << 18 */
+  X(status)  /* RAY_ bits of the last scattering | transparent count << 8 | PATH_ flags | receiver << 18 */
 
 /* Normal of the last vertex (light_tree.h, pack_normal), in the highest bits of status. */
 #define PATH_RECEIVER_SHIFT 18

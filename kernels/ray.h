@@ -21,7 +21,7 @@ typedef struct {
   real t_min, t_max;
   uint after_instance, after_primitive;
   uint skip_instance, skip_primitive; /* never hit: the light that a shadow ray goes to; NONE otherwise */
-  uint kind;                          /* one RAY_ bit */
+  uint kind;                          /* one RAY_ bit of RAY_ALL, and how it was made */
 } Ray;
 
 FN Ray free_ray(real3 origin, real3 direction, real t_min, real t_max) {

@@ -16,6 +16,16 @@ FN int is_closure(int op) {
   }
 }
 
+/* Whether it is a diffuse closure. */
+FN int is_diffuse(int op) {
+  switch (op) {
+#define X(number, name, class_) case number: return ((class_) & LABEL_DIFFUSE) != 0;
+    CLOSURES(X)
+#undef X
+    default: return 0;
+  }
+}
+
 /* An instruction's closure at a point whose values lie in registers r. */
 FN Closure closure_of(Instruction i, const real *r) {
   if ((SCENE_FEATURES & FEATURE_VALUES) && (i.flags & INSTRUCTION_VARIES)) return bind_closure(i, r);
@@ -93,6 +103,18 @@ FN BsdfValue one_sided(Surface s, real3 wi, BsdfValue v) {
 FN BsdfValue one_sided_closure(real3 ng, real3 wi, real3 in_frame, BsdfValue v) {
   int agree = (dot3(ng, wi) > REAL(0.0)) == (in_frame.z > REAL(0.0));
   return make_value(select3(agree, v.f, zero3()), agree ? v.pdf : REAL(0.0));
+}
+/* Softens the edge that the surface's normal ns casts on a diffuse closure with another normal n, by GGX' masking of a
+ * roughness that follows from the angle between them: Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing
+ * Function to Solve the Bump Terminator Problem", equation 3. None passes ns where n has the light on the other side. */
+FN BsdfValue soften_bump(real3 ns, real3 n, real3 wi, BsdfValue v) {
+  real cos_i = dot3(ns, wi), cos_n = dot3(ns, n);
+  int crosses = cos_i * cos_n * dot3(n, wi) < REAL(0.0);
+  real i2 = max_real(cos_i * cos_i, REAL(1e-12)), n2 = max_real(cos_n * cos_n, REAL(1e-12));
+  real alpha2 = clamp01(REAL(0.125) * (REAL(1.0) / n2 - REAL(1.0)));
+  real masked = REAL(2.0) / (REAL(1.0) + sqrt(REAL(1.0) + alpha2 * max_real(REAL(1.0) / i2 - REAL(1.0), REAL(0.0))));
+  v.f = v.f * (crosses ? REAL(0.0) : masked);
+  return v;
 }
 FN BsdfSample one_sided_sample(Surface s, real3 wi, BsdfSample b) {
   int agree = (dot3(s.ng, wi) > REAL(0.0)) == (b.wi.z > REAL(0.0));

@@ -23,7 +23,7 @@
   X(MeshAttribute, mesh_attributes, "of each mesh, in the order of the attributes; empty where no step reads one") \
   X(float, attribute_values, "")                                                               \
   X(uint, instance_meshes, "mesh of each instance; empty where no step reads an attribute")      \
-  X(InstanceInfo, instance_infos, "of each instance; empty where no step reads it")            \
+  X(float, instance_values, "what steps ask of each instance, by instance and column")         \
   X(Image, images, "")                                                                         \
   X(uint, texels, "of the images, in words of four bytes")                                      \
   X(Light, lights, "lamps, then emissive triangles")                                           \

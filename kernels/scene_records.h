@@ -13,6 +13,9 @@
 #define RAY_TRANSMISSION 8u
 #define RAY_SHADOW 16u
 #define RAY_ALL 31u
+/* How the ray was made, beside its kind. */
+#define RAY_SINGULAR 32u /* by a mirror or by smooth glass */
+#define RAY_SOFT 64u     /* of transmission: by a closure that is diffuse */
 
 /* What a scene uses: kernels are specialised to it, loops over nothing are skipped. */
 #define FEATURE_INSTANCES 1u
@@ -85,6 +88,7 @@ typedef struct {
   uint light_depth; /* steps down the light tree; 0 where there is one light or none */
   uint attributes;  /* of each mesh, in mesh_attributes */
   uint registers;   /* that the materials' steps use */
+  uint instance_columns; /* of instance_values, for each instance */
   uint features; /* FEATURE_ bits of the scene */
 } World;
 
@@ -123,6 +127,7 @@ typedef struct {
 #define MOST_INSTRUCTIONS 32 /* of a material, emission not counted */
 #define INSTRUCTION_VARIES 1u
 #define INSTRUCTION_BUMPS 2u /* its normal is not the surface's */
+#define INSTRUCTION_SOFTENED 4u /* of a diffuse closure: the edge that the surface's normal casts on it is softened */
 #define INSTRUCTION_NORMAL(flags) (((flags) >> 8) & 255u) /* of one that varies: first of three registers */
 #define INSTRUCTION_TANGENT(flags) ((flags) >> 16)        /* likewise, of its frame's x axis; 0: any will do */
 typedef struct {
@@ -157,12 +162,6 @@ typedef struct {
   uint domain;
   uint components; /* 1 to 4 */
 } MeshAttribute;
-
-/* What Object Info tells of an instance. */
-typedef struct {
-  packed3 color;
-  float alpha, index, random;
-} InstanceInfo;
 
 /* A picture; rows from the bottom up. */
 #define TEXEL_BYTE 0u  /* of so many channels each */

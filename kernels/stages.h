@@ -117,7 +117,8 @@ FN uint receiver_normal(Surface at, uint material_flags) {
 typedef struct {
   Ray ray;
   Brought brought;
-  int passed; /* path_passed: shadow rays count on from there */
+  uint passed;  /* path_passed: shadow rays count on from there */
+  uint bounces; /* the path's */
 } Connection;
 
 FN int is_dark(real3 light) { return (light.x == REAL(0.0)) & (light.y == REAL(0.0)) & (light.z == REAL(0.0)); }
@@ -137,7 +138,8 @@ FN Connection connect_light(Params params, Surface at, LightSample light, BsdfVa
   real3 brought = path_throughput(p) * value.f * light.radiance * (weight / light.pdf);
   int useful = (light.pdf > REAL(0.0)) & (value.pdf > REAL(0.0));
   c.brought = clamp_light(params, select3(useful, brought, zero3()), path_bounce(p));
-  c.passed = path_passed(p);
+  c.passed = uint_of(path_passed(p));
+  c.bounces = p.bounces;
   c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive);
   return c;
 }
@@ -170,6 +172,7 @@ FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p
   int reflect = (sample.label & LABEL_REFLECT) != 0;
   int diffuse = (sample.label & LABEL_DIFFUSE) != 0;
   uint kind = reflect ? (diffuse ? RAY_DIFFUSE : RAY_GLOSSY) : RAY_TRANSMISSION;
+  kind |= (delta ? RAY_SINGULAR : 0u) | ((diffuse & !reflect) ? RAY_SOFT : 0u);
   uint count = 1u + (reflect ? (diffuse ? 0x100u : 0x10000u) : 0x1000000u);
   uint bounces = transparent ? p.bounces : p.bounces + count;
   uint passed = ((p.status >> 8) & 255u) + (transparent ? 1u : 0u);
@@ -283,13 +286,15 @@ FN Aovs make_aovs(Scene s, Material m, Surface at, Path p, const real *r) {
 typedef struct {
   Ray ray;
   real3 kept; /* the part of the light that they let through */
-  int passed; /* how many there were, with those of the path */
+  uint passed; /* how many there were, with those of the path */
+  uint bounces; /* the path's */
   int going;
   int limited; /* only the limit has stopped it */
 } Shadow;
 
-FN Shadow make_shadow(Ray ray, int passed) {
+FN Shadow make_shadow(Ray ray, uint passed, uint bounces) {
   Shadow d;
+  d.bounces = bounces;
   d.ray = ray;
   d.kept = splat3(REAL(1.0));
   d.passed = passed;
@@ -306,9 +311,9 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features, re
   Surface at = make_surface(s, d.ray, h, features);
   Material m = s.materials[at.material];
   int transparent = (m.flags & MATERIAL_TRANSPARENT) != 0u;
-  d.going = transparent & (d.passed + 1 < params.transparent_bounces);
+  d.going = transparent & (int_of(d.passed) + 1 < params.transparent_bounces);
   d.limited = transparent & !d.going;
-  if (d.going) compute_values(s, m, m.shadow_steps, at, d.ray, h, 0u, uint_of(d.passed), r);
+  if (d.going) compute_values(s, m, m.shadow_steps, at, d.ray, h, d.bounces + 1u, d.passed, r);
   d.kept = d.going ? d.kept * material_transparency(m, r) : zero3();
   d.passed++;
   d.ray.t_min = h.t;
@@ -318,8 +323,9 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features, re
 }
 
 /* A shadow ray's whole way: in scenes without transparent surfaces all of the light arrives or none. */
-FN Shadow trace_connection(Scene s, Params params, Ray ray, int passed, uint features, real *r) {
-  Shadow d = make_shadow(ray, passed);
+FN Shadow trace_connection(Scene s, Params params, Connection c, uint features, real *r) {
+  Ray ray = c.ray;
+  Shadow d = make_shadow(ray, c.passed, c.bounces);
   if (!(features & FEATURE_TRANSPARENT)) {
     Hit h = trace(s, ray, 1);
     d.kept = select3(h.instance == NONE, splat3(REAL(1.0)), zero3());

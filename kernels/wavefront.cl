@@ -53,7 +53,7 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   if (CLAMPS) light_reals[10u * stride + i] = c.brought.cut;
   light_uints[i] = c.ray.skip_instance;
   light_uints[stride + i] = c.ray.skip_primitive;
-  light_uints[2u * stride + i] = uint_of(c.passed) | uint_of(c.brought.indirect) << 16;
+  light_uints[2u * stride + i] = c.passed | c.bounces << 8; /* without those of transmission: the others tell */
 }
 
 FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
@@ -64,8 +64,10 @@ FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
   c.brought.light =
       make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
   c.brought.cut = CLAMPS ? light_reals[10u * stride + i] : REAL(0.0);
-  c.brought.indirect = int_of(light_uints[2u * stride + i] >> 16);
-  c.passed = int_of(light_uints[2u * stride + i] & 0xffffu);
+  c.passed = light_uints[2u * stride + i] & 255u;
+  uint bounces = light_uints[2u * stride + i] >> 8, all = bounces & 255u;
+  c.bounces = bounces | (all - (bounces >> 8 & 255u) - (bounces >> 16)) << 24;
+  c.brought.indirect = all > 0u;
   return c;
 }
 
@@ -186,7 +188,10 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
       real share = all.total; /* alone, a closure has all of it: its albedo need not be found again */
       if (m.count > 1u) share = closure_share(weight, albedo_closure(one, at.backfacing, s.albedo_tables, wo));
       BsdfValue value = eval_closure(one, at.backfacing, s.albedo_tables, wo, wi);
-      if (SCENE_FEATURES & FEATURE_BUMP) value = one_sided_closure(at.ng, wi_world, wi, value);
+      if (SCENE_FEATURES & FEATURE_BUMP) {
+        value = one_sided_closure(at.ng, wi_world, wi, value);
+        if ((i.flags & INSTRUCTION_SOFTENED) && is_diffuse(i.op)) value = soften_bump(at.ns, own_frame(i, r).z, wi_world, value);
+      }
       sum = add_closure(sum, value, weight, share, all.total);
     } else {
       c.layer = layer_closure(one, at.backfacing, s.albedo_tables, wo, c.layer);
@@ -353,7 +358,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
       c = load_connection(light_reals, light_uints, stride, i);
       if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
         real registers[REGISTERS];
-        Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES, registers);
+        Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
         add_result(results, stride, i, behind_shadow(c.brought, d));
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);

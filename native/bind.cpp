@@ -19,6 +19,7 @@
 #include "refit.h"
 #include "render.h"
 #include "split_vertices.h"
+#include "totals.h"
 #include "triangles.h"
 
 namespace nb = nanobind;
@@ -303,6 +304,19 @@ nb::tuple fingerprint_of(Bytes bytes, int threads) {
   return nb::make_tuple(made.low, made.high);
 }
 
+size_t add_listed_to(nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu> hi,
+                     nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu> lo,
+                     nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu> values,
+                     nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> pixels) {
+  size_t count = pixels.shape(0);
+  if (values.shape(0) != count || (lo.shape(0) && lo.shape(0) != hi.shape(0)))
+    throw std::invalid_argument("add_listed: a value for each pixel, halves of one size");
+  auto [least, most] = std::minmax_element(pixels.data(), pixels.data() + count);
+  if (count && (*least < 0 || size_t(*most) >= hi.shape(0))) throw std::invalid_argument("add_listed: no such pixel");
+  nb::gil_scoped_release release;
+  return add_listed(hi.data(), lo.shape(0) ? lo.data() : nullptr, values.data(), pixels.data(), count);
+}
+
 bool are_finite(nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu> values, int threads) {
   nb::gil_scoped_release release;
   return all_finite(values.data(), values.shape(0), threads);
@@ -363,6 +377,7 @@ NB_MODULE(_native, m) {
   m.def("find_mesh_boxes", &mesh_boxes, nb::arg("vertices"), nb::arg("triangles"), nb::arg("mesh_triangles"),
         nb::arg("threads"), nb::arg("boxes"));
   m.def("fold_value", &fold, nb::arg("op"), nb::arg("inputs"), nb::arg("repeat"), nb::arg("number"), nb::arg("outputs"));
+  m.def("add_listed", &add_listed_to, nb::arg("hi"), nb::arg("lo"), nb::arg("values"), nb::arg("pixels"));
   m.def("fingerprint", &fingerprint_of, nb::arg("bytes"), nb::arg("threads"));
   m.def("all_finite", &are_finite, nb::arg("values"), nb::arg("threads"));
   m.def("refit_tree", &refit, nb::arg("meshes"), nb::arg("nodes"), nb::arg("root"), nb::arg("order"), nb::arg("last"),

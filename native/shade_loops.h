@@ -213,7 +213,9 @@ FN Frame frame_at(const Batch &b, const Bound &c, uint n) {
       real3 direction = make_real3(dx[i], dy[i], dz[i]);                                                 \
       real3 wi = to_local(frame, direction);                                                             \
       BsdfValue one = eval_##name(closure, b.backfacing[i], tables, local_wo(columns, frame, i), wi);    \
-      if (VARIES) one = one_sided_closure(make_real3(b.ngx[i], b.ngy[i], b.ngz[i]), direction, wi, one);  \
+      if (VARIES) one = one_sided_closure(make_real3(b.ngx[i], b.ngy[i], b.ngz[i]), direction, wi, one); \
+      if (VARIES && ((class_) & LABEL_DIFFUSE) && (c.i.flags & INSTRUCTION_SOFTENED))                    \
+        one = soften_bump(shading_normal(b, i), frame.z, direction, one);                                \
       BsdfValue sum = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);                        \
       real3 weight = make_real3(b.weight_r[k][i], b.weight_g[k][i], b.weight_b[k][i]);                   \
       sum = add_closure(sum, one, weight, b.share[k][i], b.total[i]);                                    \

@@ -48,7 +48,8 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     return;
   }
   for (uint i = 0; i < count; i++) {
-    b.shadows[i] = make_shadow(rays.ray(i), path_passed(path_at(columns, b.key[i])));
+    Path p = path_at(columns, b.key[i]);
+    b.shadows[i] = make_shadow(rays.ray(i), uint_of(path_passed(p)), p.bounces);
     b.order[i] = i;
   }
   PassingRays passing{b, s, params, features};

@@ -14,8 +14,9 @@ static void make_registers(Batch &b, Scene s) {
 /* The registers of a path. */
 static const real *registers_at(const Batch &b, uint i) { return b.registers.data() + i; }
 
+/* Functions of their own: inlined into one, the loops are too many for the vectoriser. */
 #define VALUE_LOOPS(number, name, inputs, outputs)                                            \
-  static void compute_##name(Batch &__restrict b, real *__restrict registers, Scene s, Group g, ValueStep o, uint k) { \
+  FN_APART void compute_##name(Batch &__restrict b, real *__restrict registers, Scene s, Group g, ValueStep o, uint k) { \
     Columns columns = b.columns();                                                            \
     FOR_PATHS(i, g.first, g.end) value_##name(s, o, load_point(b, columns, i), registers + i, k); \
   }

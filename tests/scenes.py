@@ -141,8 +141,10 @@ class Builder:
                             np.broadcast_to(slots, len(triangles)), None if normals is None else np.asarray(normals)))
         return len(self.meshes) - 1
 
-    def instance(self, mesh: int, *materials: int, matrix=None, visibility=ALL):
-        self.instances.append((mesh, place() if matrix is None else np.asarray(matrix), materials, visibility))
+    def instance(self, mesh: int, *materials: int, matrix=None, visibility=ALL, values=()):
+        """`values`: what steps ask of it, as many for all instances."""
+        matrix = place() if matrix is None else np.asarray(matrix)
+        self.instances.append((mesh, matrix, materials, visibility, values))
 
     def add(self, shape, instructions, visibility=ALL, normals=None):
         """A mesh of its own material, instanced once."""
@@ -184,8 +186,9 @@ class Builder:
             if any(smooth):
                 arrays["normals"] = np.concatenate([m[3] for m in self.meshes if m[3] is not None])
         if self.instances:
-            meshes, matrices, materials, visibility = zip(*self.instances, strict=True)
+            meshes, matrices, materials, visibility, values = zip(*self.instances, strict=True)
             arrays |= dict(instance_mesh=meshes, instance_to_world=np.stack(matrices), instance_visibility=visibility,
+                           instance_values=np.array(values),
                            instance_slots=np.cumsum([0, *(len(m) for m in materials[:-1])]),
                            slot_materials=np.concatenate([np.asarray(m, int) for m in materials]))
         if self.spheres:

@@ -56,7 +56,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     arrays |= {"origin": origin, "world_radiance": world_radiance(scene, notes)}
     arrays |= meshes.join() | join_lights(gatherer.lamps)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
-    arrays |= gatherer.lookups.arrays()
+    arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     if gatherer.lookups.attributes:
         arrays |= join_attributes(list(gatherer.lookups.attributes), meshes.attributes)
     names = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Attributes of evaluated meshes that materials ask for: UV maps, generated coordinates, attributes by name."""
+"""Attributes of evaluated meshes that materials ask for: UV maps and tangents, generated coordinates, those by name."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import compat
+from .hashes import hash_words, to_unit
+from .pointiness import pointiness_of
+from .tangents import corner_tangents
 
 MESH, VERTEX, TRIANGLE, CORNER = 1, 2, 3, 4  # DOMAIN_ numbers of kernels/scene_records.h
 # Types of attributes -> name and number of what they store.
@@ -33,6 +36,8 @@ def read_attribute(mesh, kind: str, name: str, split: bool) -> Attribute | None:
     if domain is None:
         return None
     count = len(mesh.loop_triangles)
+    if domain == "TRIANGLE_CORNER":
+        return Attribute(CORNER, values)
     if domain == "POINT" and not split:
         return Attribute(VERTEX, values)
     if domain == "FACE":
@@ -67,7 +72,64 @@ def generated(mesh, _):
     return "POINT", (places - low) / np.where(sizes != 0.0, sizes, np.float32(1.0))
 
 
-READERS = {"uv": uv_map, "named": named, "generated": generated}
+def color(mesh, name: str):
+    """A colour attribute; the one that is active for rendering where none is named."""
+    colors = mesh.color_attributes
+    if not name and 0 <= colors.render_color_index < len(colors):
+        name = colors[colors.render_color_index].name
+    return named(mesh, name)
+
+
+def tangent(mesh, name: str):
+    """Tangents along a UV map, and signs of their bitangents."""
+    found = uv_map(mesh, name)
+    if found is None:
+        return None
+    count = len(mesh.loop_triangles)
+    corners, vertices = compat.triangle_corners(mesh, count).reshape(-1, 3), compat.corner_vertices(mesh)
+    places = compat.vertex_positions(mesh).reshape(-1, 3)[vertices[corners]]
+    normals = compat.corner_normals(mesh, vertices, corners)
+    made = corner_tangents(places, found[1][corners], None if normals is None else normals[corners])
+    return "TRIANGLE_CORNER", made.reshape(-1, 4)
+
+
+def island(mesh, _):
+    """A random number for each part that edges hold together, as in Cycles (attr_create_random_per_island)."""
+    edges = compat.read_all(mesh.edges, "vertices", 2, np.int32)
+    roots = roots_of_islands(len(mesh.vertices), edges.tolist())
+    starts = compat.read_all(mesh.polygons, "loop_start", 1, np.int32).reshape(-1)
+    return "FACE", to_unit(hash_words(roots[compat.corner_vertices(mesh)[starts]]))[:, None]
+
+
+def pointiness(mesh, _):
+    edges = compat.read_all(mesh.edges, "vertices", 2, np.int32)
+    normals = compat.read_all(mesh.vertex_normals, "vector", 3, np.float32)
+    return "POINT", pointiness_of(compat.vertex_positions(mesh).reshape(-1, 3), normals, edges)[:, None]
+
+
+def roots_of_islands(count: int, edges: list) -> np.ndarray:
+    """The vertex that stands for each vertex's island, i8 (count): which one follows from the order of edges (Galler
+    and Fischer 1964, "An Improved Equivalence Algorithm", by rank), and the random number from it."""
+    parents, ranks = list(range(count)), [0] * count
+
+    def find(x):
+        while parents[x] != x:
+            parents[x] = x = parents[parents[x]]
+        return x
+
+    for edge in edges:
+        high, low = find(edge[0]), find(edge[1])
+        if high == low:
+            continue
+        if ranks[high] < ranks[low]:
+            high, low = low, high
+        parents[low] = high
+        ranks[high] += ranks[high] == ranks[low]
+    return np.array([find(x) for x in range(count)], np.int64)
+
+
+READERS = {"uv": uv_map, "named": named, "generated": generated, "color": color, "tangent": tangent, "island": island,
+           "pointiness": pointiness}
 
 
 def join_attributes(keys: list[tuple[str, str]], meshes: list[dict]) -> dict[str, np.ndarray]:

@@ -8,13 +8,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from isophote.materials import Instruction, make_instruction
-from isophote.values import clamp, maximum, varies
+from isophote.values import clamp, is_number, maximum, varies
 
-from .nodes import find_input, source_of
-from .values import not_negative, saturate
+from .nodes import find_input
+from .value_nodes.normals import default_tangent
+from .values import Values, not_negative, saturate, source
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
 ROUGH_FROM = 1e-5  # of diffuse reflection
+WITHOUT_NORMAL = {"transparent", "emission"}
+UNSEEN = {"diffuse", "translucent"}  # the same whatever the angle to the viewer
 
 
 @dataclass(eq=False)
@@ -24,6 +27,9 @@ class Layer:
     operation: str
     weight: np.ndarray
     params: dict = field(default_factory=dict)
+    normal: tuple | None = None  # its own, numbers or Values; None: the surface's
+    tangent: tuple | None = None
+    softened: bool = True  # materials.Instruction
 
 
 @dataclass
@@ -34,6 +40,9 @@ class Closure:
     weight: np.ndarray
     params: dict = field(default_factory=dict)
     layers: tuple[Layer, ...] = ()
+    normal: tuple | None = None
+    tangent: tuple | None = None
+    softened: bool = True
 
 
 def arrange(closures: list[Closure]) -> list[Instruction]:
@@ -46,7 +55,8 @@ def arrange(closures: list[Closure]) -> list[Instruction]:
             program.append(make_instruction("layer_reset", (1.0, 1.0, 1.0)))
             above = ()
         for step in (*closure.layers[len(above):], closure):
-            program.append(make_instruction(step.operation, step.weight, **step.params))
+            frame = (step.normal, step.tangent, step.softened)
+            program.append(make_instruction(step.operation, step.weight, *frame, **step.params))
         above = closure.layers
     return program
 
@@ -84,13 +94,54 @@ def rgb(name: str, color) -> dict:
     return {f"{name}_{c}": v for c, v in zip("rgb", color, strict=False)}
 
 
-def note_normal(values, node, *names: str) -> None:
+def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure]:
+    """The closures of a node, and the layers over them, with its normal where they have none."""
+    normal, linked = normal_of(values, node, stack), values.is_linked(node, stack, "Normal")
+    layers: dict[Layer, Layer] = {}
+
+    def turned(each):
+        made = each
+        if normal is not None and not each.normal:  # that of a displacement is the surface's own for whoever asks
+            made = replace(each, normal=normal_for(each.operation, normal), softened=linked)
+        if each.operation.startswith("aniso_"):
+            made = replace(made, tangent=tangent_of(values, node, stack, made.normal))
+        return made
+
+    for each in closures:
+        layers |= {layer: turned(layer) for layer in each.layers if layer not in layers}
+    return [replace(turned(each), layers=tuple(layers[layer] for layer in each.layers)) for each in closures]
+
+
+def normal_for(operation: str, normal) -> tuple | None:
+    """What mirrors or refracts needs a normal that its viewer sees."""
+    if operation in WITHOUT_NORMAL:
+        return None
+    return tuple(normal if operation in UNSEEN else source("visible_normal", *normal))
+
+
+def normal_of(values: Values, node, stack, *names: str):
+    """The normal of a shader node, unit; None where it is the surface's own."""
     names = names or ("Normal",)
-    socket = find_input(node, *names)
-    if socket is not None and socket.is_linked:
-        source = source_of(socket).node
-        if source is not None and source.bl_idname != "ShaderNodeNewGeometry":
-            values.note(f"{source.name} ({source.bl_idname}) into {node.name}, {socket.name}: not supported, left out")
+    if find_input(node, *names) is None:
+        return None
+    normal = values.vector(node, stack, *names) if values.is_linked(node, stack, *names) else values.surface_normal
+    own = source("shading_normal")
+    if not varies(normal) and not any(normal) or all(a == b for a, b in zip(normal, own, strict=True)):
+        return None
+    return source("unit_normal", *normal)
+
+
+def tangent_of(values: Values, node, stack, normal=None):
+    """The tangent along which an anisotropic closure's first roughness runs; None where the surface has none.
+
+    `normal` is that of the closure, None for the surface's own.
+    """
+    linked = values.is_linked(node, stack, "Tangent")
+    tangent = values.vector(node, stack, "Tangent") if linked else default_tangent(values)
+    rotation = values.number(node, stack, "Rotation", "Anisotropic Rotation")
+    if tangent is None or is_number(rotation, 0.0):
+        return tangent
+    return source("turned_tangent", *tangent, *(source("shading_normal") if normal is None else normal), rotation)
 
 
 def note_unless(values, node, stack, name, neutral, what) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from isophote.material_program import MaterialProgram
 
 from .changes import Meshes
+from .instance_values import instance_values, property_value
 from .light import Lamp, export_light
 from .lookups import Lookups
 from .material import material_program
@@ -38,7 +39,7 @@ class Gatherer:
         self.depsgraph, self.origin, self.notes, self.meshes = depsgraph, origin, notes, meshes
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
-        self.lookups = Lookups()
+        self.lookups = Lookups(self.view_layer_value)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
@@ -75,6 +76,17 @@ class Gatherer:
                 self.add_object(number, instance, ob, key)
             elif ob.type in LEFT_OUT:
                 self.notes.add("object", ob.name, LEFT_OUT[ob.type])
+
+    def instance_values(self) -> dict[str, np.ndarray]:
+        """The scene's array of what materials ask of instances; the dependency graph is walked once more for it."""
+        columns = list(self.lookups.instance_columns)
+        if not columns:
+            return {}
+        return {"instance_values": instance_values(self.depsgraph, [each[0] for each in self.instances], columns)}
+
+    def view_layer_value(self, name: str) -> tuple:
+        scene = self.depsgraph.scene_eval
+        return property_value((self.view_layer, scene, scene.world), name)
 
     def add_lamp(self, number: int, instance, ob) -> None:
         visibility = self.visibility(instance, ob)

@@ -17,9 +17,9 @@ from .closures import (
     Closure,
     arrange,
     diffuse_closure,
+    framed,
     ior,
     multiscatter,
-    note_normal,
     note_unless,
     rgb,
     roughness,
@@ -27,6 +27,7 @@ from .closures import (
 from .lookups import Lookups
 from .nodes import find_input, source_of
 from .principled import principled
+from .value_nodes.normals import displaced_normal
 from .values import Values, as_triple, not_negative, saturate
 
 DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
@@ -40,25 +41,29 @@ def material_program(material, notes, lookups: Lookups) -> MaterialProgram:
     if material is None:
         return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))]))
     values = Values("material", material.name, notes, lookups)
+    values.material_index = material.pass_index
     if not compat.uses_nodes(material):
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
         return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))]))
     try:
-        return make_material(arrange(surface_closures(material.node_tree, values)))
+        return make_material(arrange(surface_closures(material, values)))
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
         return make_material(arrange([Closure("emission", np.array(TOO_LARGE))]))
 
 
-def surface_closures(tree, values: Values) -> list[Closure]:
+def surface_closures(material, values: Values) -> list[Closure]:
     """Closures of the output that Cycles would use."""
-    output = tree.get_output_node("CYCLES")
+    output = material.node_tree.get_output_node("CYCLES")
     if output is None:
         values.note("no active output for this engine: rendered black")
         return []
-    for name in ("Volume", "Displacement"):
-        if output.inputs[name].is_linked and source_of(output.inputs[name]).node is not None:
-            values.note(f"{output.name}: {name.lower()} is not supported: left out")
+    if output.inputs["Volume"].is_linked and source_of(output.inputs["Volume"]).node is not None:
+        values.note(f"{output.name}: volume is not supported: left out")
+    if values.is_linked(output, (), "Displacement"):
+        if compat.displacement_method(material) != "BUMP":
+            values.note("true displacement is not supported: rendered as bump")
+        values.surface_normal = displaced_normal(values, values.vector(output, (), "Displacement"))
     surface = find_input(output, "Surface")
     if source_of(surface).node is None and output.inputs["Volume"].is_linked:
         return [Closure("transparent", np.ones(3))]  # a volume's boundary does not show
@@ -74,7 +79,8 @@ def closures_of(values: Values, socket, stack, weight: Number) -> list[Closure]:
     if shader is None:
         values.note(f"{source.node.name} ({source.node.bl_idname}): not supported, left out")
         return []
-    return shader(values, source.node, source.stack, weight)
+    closures = shader(values, source.node, source.stack, weight)
+    return framed(closures, values, source.node, source.stack)
 
 
 # --- shader nodes ----------------------------------------------------------------------------------
@@ -92,17 +98,14 @@ def add_shader(values, node, stack, weight):
 
 
 def diffuse(values, node, stack, weight):
-    note_normal(values, node)
     return [diffuse_closure(weight, values.color(node, stack, "Color"), values.number(node, stack, "Roughness"))]
 
 
 def translucent(values, node, stack, weight):
-    note_normal(values, node)
     return [Closure("translucent", weight * values.color(node, stack, "Color"))]
 
 
 def toon(values, node, stack, weight):
-    note_normal(values, node)
     operation = {"DIFFUSE": "diffuse_toon", "GLOSSY": "glossy_toon"}[node.component]
     params = {"size": values.number(node, stack, "Size"), "smooth": values.number(node, stack, "Smooth")}
     return [Closure(operation, weight * values.color(node, stack, "Color"), params)]
@@ -110,7 +113,6 @@ def toon(values, node, stack, weight):
 
 def sheen(values, node, stack, weight):
     """Sheen BSDF, which was the Velvet BSDF before 4.0."""
-    note_normal(values, node)
     rough = values.number(node, stack, "Roughness", "Sigma")
     color = weight * values.color(node, stack, "Color")
     if getattr(node, "distribution", "ASHIKHMIN") == "ASHIKHMIN":
@@ -122,7 +124,6 @@ PHONG_AND_BECKMANN = {"BECKMANN": "beckmann", "ASHIKHMIN_SHIRLEY": "ashikhmin_sh
 
 
 def glossy(values, node, stack, weight):
-    note_normal(values, node)
     note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
     color, rough = values.color(node, stack, "Color"), roughness(values, node, stack)
     other = PHONG_AND_BECKMANN.get(node.distribution)
@@ -138,7 +139,6 @@ def tinted(operation, weight, color, params) -> Closure:
 
 
 def refraction(values, node, stack, weight):
-    note_normal(values, node)
     params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack)}
     color = weight * values.color(node, stack, "Color")
     if node.distribution == "BECKMANN":
@@ -147,7 +147,6 @@ def refraction(values, node, stack, weight):
 
 
 def glass(values, node, stack, weight):
-    note_normal(values, node)
     note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
     params = {"roughness": roughness(values, node, stack), "ior": ior(values, node, stack)}
     color = values.color(node, stack, "Color")
@@ -158,7 +157,6 @@ def glass(values, node, stack, weight):
 
 def metallic(values, node, stack, weight):
     """Metallic BSDF of 4.3 and newer."""
-    note_normal(values, node)
     note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
     note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
     params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}

@@ -14,9 +14,20 @@ import numpy as np
 
 from isophote.values import call1, clamp, is_number, maximum, minimum, mix, square_root, varies
 
-from .closures import CUTOFF, Closure, Layer, diffuse_closure, multiscatter, note_normal, note_unless, rgb, roughness
+from .closures import (
+    CUTOFF,
+    Closure,
+    Layer,
+    diffuse_closure,
+    multiscatter,
+    normal_for,
+    normal_of,
+    note_unless,
+    rgb,
+    roughness,
+)
 from .nodes import find_input
-from .values import as_triple, each, grey, not_negative
+from .values import as_triple, each, grey, not_negative, source
 
 # Inputs that are not supported, by their names in both versions, and the value at which they do nothing.
 LEFT_OUT = {
@@ -32,7 +43,6 @@ THINNEST_FILM = 0.1  # nm, Cycles' THINFILM_THICKNESS_CUTOFF
 
 def principled(values, node, stack, weight) -> list[Closure]:
     """Closures of a Principled BSDF, times a weight."""
-    note_normal(values, node)
     for name, what in LEFT_OUT.items():
         note_unless(values, node, stack, name, 0.0, what)
 
@@ -132,12 +142,20 @@ def coat(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
         weight, ior, tint = weight if linked else 0.25 * weight, 1.2 if linked else 1.5, grey(1.0)
     if not matters(weight):
         return None, ()
-    note_normal(values, node, "Coat Normal", "Clearcoat Normal")
+    normal = coat_normal(values, node, stack)
     params = {"roughness": rough, "multiscatter": 1.0, "ior": ior}
-    layers = (Layer("layer_specular", grey(weight), params),)
+    layers = (Layer("layer_specular", grey(weight), params, normal),)
     if varies(tint) or (tint != 1.0).any():
-        layers += (Layer("layer_absorption", grey(weight), {"ior": ior} | rgb("tint", tint)),)
-    return Closure("specular", grey(weight), params), layers
+        layers += (Layer("layer_absorption", grey(weight), {"ior": ior} | rgb("tint", tint), normal),)
+    return Closure("specular", grey(weight), params, normal=normal), layers
+
+
+def coat_normal(values, node, stack) -> tuple | None:
+    """The coat lies smooth over a bent normal below, unless it has its own."""
+    normal = normal_of(values, node, stack, "Coat Normal", "Clearcoat Normal")
+    if normal is None and normal_of(values, node, stack) is not None:
+        return tuple(source("shading_normal"))
+    return None if normal is None else normal_for("specular", normal)
 
 
 def specular_tint(values, node, stack, base) -> np.ndarray:

@@ -21,10 +21,14 @@ class Values:
     """The inputs of one material's, light's or world's nodes; notes what it cannot express.
 
     Without `lookups` what differs from point to point is none of it: the socket's own value stands in.
+    `surface_normal` is what nodes and closures without a normal of their own have.
     """
+
+    material_index = 0
 
     def __init__(self, kind: str, name: str, notes, lookups: Lookups | None = None):
         self.kind, self.name, self.notes, self.lookups = kind, name, notes, lookups
+        self.surface_normal = source("shading_normal")
         self._made: dict[tuple, object] = {}
 
     def note(self, what: str) -> None:
@@ -71,6 +75,16 @@ class Values:
         return make(self, source.node, source.socket, source.stack) if make else None
 
 
+def outputs(name: str, *inputs: Number, **data) -> tuple[Number, ...]:
+    """All outputs of an operation."""
+    return ARITHMETIC.call(name, inputs, **data)
+
+
+def source(name: str, *inputs: Number, **data) -> np.ndarray:
+    """Three of them as a vector."""
+    return triple(*outputs(name, *inputs, **data)[:3])
+
+
 def default_value(socket, fallback):
     """The value that an unlinked socket holds; `fallback` is asked where `socket` has none."""
     for candidate in (socket, fallback):
@@ -108,7 +122,15 @@ def as_number(value, kind: str) -> Number:
         return value
     if kind == "RGBA":
         return sum(part * weight for part, weight in zip(value, LUMINANCE, strict=True))
-    return (value[0] + value[1] + value[2]) * (1.0 / 3.0)
+    return mean(value)
+
+
+def mean(three) -> Number:
+    return (three[0] + three[1] + three[2]) * (1.0 / 3.0)
+
+
+def dot(a, b) -> Number:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def each(function, *triples):

@@ -8,7 +8,7 @@ __kernel void megakernel(SCENE_PARAMETERS, RESULT_PARAMETERS, uint stride, uint 
     Shaded r = shade_path(s, params, p, trace(s, path_ray(p), 0), results, aovs, limits, stride);
     if (r.connected) {
       real registers[REGISTERS];
-      Shadow d = trace_connection(s, params, r.connection.ray, r.connection.passed, SCENE_FEATURES, registers);
+      Shadow d = trace_connection(s, params, r.connection, SCENE_FEATURES, registers);
       add_result(results, stride, i, behind_shadow(r.connection.brought, d));
     }
     p = r.path;

@@ -62,7 +62,7 @@ __kernel void connect_slots(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS,
     if (i == NONE) continue;
     Connection c = load_connection(light_reals, light_uints, stride, i);
     real registers[REGISTERS];
-    Shadow d = trace_connection(s, params, c.ray, c.passed, SCENE_FEATURES, registers);
+    Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
     add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], behind_shadow(c.brought, d));
   }
 }

@@ -43,4 +43,26 @@ FN Attribute read_attribute(Scene s, uint number, Point at) {
   return a;
 }
 
+/* The interpolated normal, unit and on the viewer's side, before it is bent for closures (Surface.ns). */
+FN real3 unbent_normal(Scene s, Point at) {
+  real3 n = at.ns;
+  if (SCENE_FEATURES & s.world[0].features & FEATURE_SMOOTH) {
+    int is_mesh = at.instance != SPHERE_INSTANCE;
+    GLOBAL const Instance *instance = &s.instances[is_mesh ? at.instance : 0u];
+    int smooth = is_mesh & ((instance->visibility & INSTANCE_SMOOTH) != 0u);
+    GLOBAL const uint *corner = &s.indices[smooth ? 3u * at.primitive : 0u];
+    uint swap = (instance->visibility & INSTANCE_MIRRORED) ? 1u : 0u, first = instance->first_normal;
+    real3 n0 = load3(s.normals[smooth ? first + corner[0] : 0u]);
+    real3 n1 = load3(s.normals[smooth ? first + corner[1u + swap] : 0u]);
+    real3 n2 = load3(s.normals[smooth ? first + corner[2u - swap] : 0u]);
+    real3 own = n0 * (REAL(1.0) - at.u - at.v) + n1 * at.u + n2 * at.v;
+    own = select3(instance->root != NONE, transform_normal(instance->to_object, own), own);
+    real squared = dot3(own, own);
+    int fine = smooth & (squared > REAL(0.0));
+    real side = at.backfacing ? REAL(-1.0) : REAL(1.0);
+    n = select3(fine, own * (side / sqrt(fine ? squared : REAL(1.0))), n);
+  }
+  return n;
+}
+
 #endif

@@ -13,12 +13,26 @@
   X(4, incoming, 0, 3)        \
   X(5, attribute, 0, 4)       \
   X(6, object_point, 0, 3)    \
-  X(7, backfacing, 0, 1)
+  X(7, backfacing, 0, 1)      \
+  X(8, barycentric, 0, 2)     \
+  X(9, ray_is, 0, 1)          \
+  X(10, ray_bounces, 0, 1)    \
+  X(11, ray_passed, 0, 1)     \
+  X(12, ray_length, 0, 1)     \
+  X(13, instance_value, 0, 1) \
+  X(14, object_location, 0, 3) \
+  X(15, camera_point, 0, 3)   \
+  X(16, mirrored_view, 0, 3)
+
+FN int is_mirrored(Scene s, Point at) {
+  uint instance = at.instance == SPHERE_INSTANCE ? 0u : at.instance;
+  return (s.instances[instance].visibility & INSTANCE_MIRRORED) != 0u;
+}
 
 VALUE(constant) { OUT(0) = to_real(o.number); }
 /* Blender's world, not relative to the scene's origin. */
 VALUE(position) { OUT3(0, at.p + load3(s.world[0].origin)) }
-VALUE(shading_normal) { OUT3(0, at.ns) }
+VALUE(shading_normal) { OUT3(0, unbent_normal(s, at)) }
 VALUE(true_normal) { OUT3(0, at.ng) }
 VALUE(incoming) { OUT3(0, -at.direction) }
 /* Attribute o.data, 0 where the mesh has none. */
@@ -36,5 +50,38 @@ VALUE(object_point) {
   OUT3(0, select3(is_sphere, at.p, transform_point(instance->to_object, at.p)))
 }
 VALUE(backfacing) { OUT(0) = at.backfacing ? REAL(1.0) : REAL(0.0); }
+/* Weights of the triangle's second and third corner, in the mesh's own order. */
+VALUE(barycentric) {
+  int swapped = is_mirrored(s, at);
+  OUT(0) = swapped ? at.v : at.u;
+  OUT(1) = swapped ? at.u : at.v;
+}
+/* Whether the ray is of one of the kinds o.data: RAY_ bits. */
+VALUE(ray_is) { OUT(0) = (at.kind & o.data) ? REAL(1.0) : REAL(0.0); }
+/* A count of bounces: eight bits from o.data on. */
+VALUE(ray_bounces) { OUT(0) = real_of((at.bounces >> o.data) & 255u); }
+VALUE(ray_passed) { OUT(0) = real_of(at.passed); }
+VALUE(ray_length) { OUT(0) = at.length; }
+/* Column o.data of what is known of the instance. */
+VALUE(instance_value) {
+  int there = at.instance != SPHERE_INSTANCE;
+  uint row = there ? at.instance * s.world[0].instance_columns : 0u;
+  real known = to_real(s.instance_values[row + o.data]);
+  OUT(0) = there ? known : REAL(0.0);
+}
+/* Where the object's own origin lies in Blender's world. */
+VALUE(object_location) {
+  int is_sphere = at.instance == SPHERE_INSTANCE;
+  GLOBAL const float *m = s.instances[is_sphere ? 0u : at.instance].to_world;
+  real3 place = make_real3(to_real(m[3]), to_real(m[7]), to_real(m[11])) + load3(s.world[0].origin);
+  OUT3(0, select3(is_sphere, zero3(), place))
+}
+/* The point in the camera's space; z is how far it lies before it. */
+VALUE(camera_point) {
+  Camera c = s.camera[0];
+  OUT3(0, turned_to_camera(c, at.p - load3(c.position)))
+}
+/* Where a mirror would send the viewer's look. */
+VALUE(mirrored_view) { OUT3(0, at.direction - at.ns * (REAL(2.0) * dot3(at.direction, at.ns))) }
 
 #endif

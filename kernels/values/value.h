@@ -18,8 +18,13 @@ typedef struct {
   real u, v;          /* weights of the triangle's second and third corner */
   uint instance, primitive;
   int backfacing;
-  uint kind, bounces, passed; /* of the ray: RAY_ bit, counts by kind as paths have them, transparent surfaces */
+  uint kind, bounces, passed; /* of the ray: RAY_ bits, counts by kind as paths have them, transparent surfaces */
 } Point;
+
+/* A vector in the axes of the camera, which looks along the last. */
+FN real3 turned_to_camera(Camera c, real3 v) {
+  return make_real3(dot3(v, load3(c.x)), dot3(v, load3(c.y)), -dot3(v, load3(c.z)));
+}
 
 #define VALUE(name) FN void value_##name(Scene s, ValueStep o, Point at, real *r, uint k)
 #define REGISTER(n) r[(n) * REGISTER_STRIDE]

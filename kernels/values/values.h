@@ -4,6 +4,7 @@
  * operations that a scene uses: bit k of VALUES_USED_n stands for number 32 n + k. */
 #ifndef ISOPHOTE_VALUES_VALUES_H
 #define ISOPHOTE_VALUES_VALUES_H
+#include "attribute.h"
 #include "hash.h"
 #include "value.h"
 
@@ -58,6 +59,13 @@
 #define VALUES_SPACE(X)
 #define VALUES_TABLE(X)
 #endif
+#if VALUES_USED_7
+#include "geometry.h"
+#include "normals.h"
+#else
+#define VALUES_GEOMETRY(X)
+#define VALUES_NORMALS(X)
+#endif
 
 /* X(number, name, inputs, outputs): value_NAME exists. */
 #define VALUES(X) \
@@ -69,7 +77,9 @@
   VALUES_PATTERN(X) \
   VALUES_VORONOI(X) \
   VALUES_SPACE(X) \
-  VALUES_TABLE(X)
+  VALUES_TABLE(X) \
+  VALUES_GEOMETRY(X) \
+  VALUES_NORMALS(X)
 
 #define VALUES_USED(family) \
   ((family) == 0 ? VALUES_USED_0 : (family) == 1 ? VALUES_USED_1 : (family) == 2 ? VALUES_USED_2 : \

@@ -9,9 +9,10 @@ import pytest
 
 from bench.parity import differing_floats
 from isophote.device import SceneTooLarge
-from isophote.film import Film, Total, merge
+from isophote.film import Film, merge
 from isophote.memory import check_device_memory, check_host_memory
 from isophote.settings import Settings
+from isophote.totals import Total
 from tests.extremes.table import Row, step
 from tests.extremes.variants import changed, differing, film, opencl_film, openmp_film, rgb, settings_for
 from tests.kernel_lib import BUILD, ROOT, find_compiler

@@ -41,8 +41,8 @@ def test_listed_pixels_have_the_bits_of_the_whole_picture(kind, threads):
     rng, blocks = np.random.default_rng(3), whole_blocks()
     _, _, height, width = blocks.shape
     device = opened(spec_of(kind), settings_of(NAME, threads=threads), prepared_of(NAME))
-    for count, parts in ((1, (64,)), (7, (64,)), (120, (1, 7, 56)), (height * width, (16, 48))):
-        at = rng.permutation(height * width)[:count]
+    for count, parts in ((1, (64,)), (7, (64,)), (120, (1, 7, 56)), (3 * height * width, (16, 48))):
+        at = rng.integers(0, height * width, count)  # some several times
         of_block = rng.integers(0, 4, count)
         pixels = np.stack([REGION[0] + at % width, REGION[1] + at // width, BLOCK * of_block], axis=-1).astype(np.int32)
         sums, first = np.zeros((AOV_PLANES, 1, count), np.float32), 0
@@ -73,11 +73,11 @@ def test_adaptive_renders_are_the_same_everywhere(kind, threads):
     assert_same(plain, film)
 
 
-def test_adaptive_renders_resumed_within_a_block_are_the_same(tmp_path, monkeypatch):
-    """Begun on OpenMP in small items, saved within a listed block, ended by PoCL."""
-    monkeypatch.setattr("isophote.session.choose_step", lambda seconds: 16)
+def test_adaptive_renders_resumed_within_a_turn_are_the_same(tmp_path, monkeypatch):
+    """Begun on OpenMP in small items, saved within a turn, ended by PoCL."""
+    monkeypatch.setattr("isophote.session.choose_blocks", lambda *seconds: 50)
     with Session(scene_of(NAME), adaptive_settings("openmp", 2)) as session:
-        while not (session.film.listed is not None and session.film.open_samples and session.film.end > 4 * BLOCK):
+        while not (session.film.turn and session.film.turn.given and session.film.most_samples > 4 * BLOCK):
             assert not session.step().why_stopped
         session.film.save(tmp_path / "film.npz", session.scene_hash, session.settings.fingerprint())
     settings = adaptive_settings(pocl(), 0)

@@ -10,7 +10,7 @@ from noise_device import NoiseDevice, hashed, radiance, tiny_scene
 from test_session import bits, rendered
 from test_session import settings as of
 
-from isophote.adaptive import GROWTH, next_limits, price_of, wanted_samples
+from isophote.adaptive import GROWTH, WITHIN, X, at_price, next_limits, price_of, wanted_samples, within_at_price
 from isophote.confidence import SHARE, claim_of
 from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
 from isophote.passes import PASSES, make_passes
@@ -18,6 +18,7 @@ from isophote.schedule import BLOCK
 from isophote.session import Session
 from isophote.settings import Settings
 from isophote.statistics import Luminance
+from isophote.turns import first_turn
 
 REGION = (3, 2, 16, 13)
 PRINT = Settings().fingerprint()
@@ -29,24 +30,28 @@ def add(film, samples, step=16):
     """Add so many samples to the pixels whose turn it is."""
     while samples:
         count = min(samples, step, BLOCK - film.open_samples)
-        if film.listed is None:
-            parts = [radiance(film.region, film.end + k, 0, film.planes) for k in range(count)]
-        else:
-            item = film.listed_item(count)
-            parts = [radiance(item.region, item.first_sample + k, 0, film.planes, item.pixels) for k in range(count)]
-        for part in parts:
-            film.open[:] += part
+        for k in range(count):
+            film.open[:] += radiance(film.region, film.end + k, 0, film.planes)
         film.add_samples(count)
         samples -= count
     return film
 
 
-def uneven(limits, first=0, step=16, film=None):
-    """A film whose pixels go on to their limits."""
-    film = film or add(Film(REGION, AOV_PLANES, first), BLOCK, step)
+def add_blocks(film, blocks):
+    """Add at most so many blocks to the pixels whose turn it is."""
+    item = film.next_blocks(blocks)
+    sums = np.zeros((film.planes, 1, len(item.pixels)), np.float32)
+    for k in range(BLOCK):
+        sums += radiance(item.region, k, 0, film.planes, item.pixels)
+    film.add_blocks(sums)
+
+
+def uneven(limits, blocks=100, film=None):
+    """A film whose pixels go on to their limits, in items of so many blocks."""
+    film = film or add(Film(REGION, AOV_PLANES), BLOCK)
     film.allow(limits)
     while not film.settled:
-        add(film, BLOCK, step)
+        add_blocks(film, blocks)
     return film
 
 
@@ -71,30 +76,52 @@ def test_each_pixel_has_the_bits_of_a_film_of_its_own_number():
 
 def test_replicates_of_uneven_films_are_counted():
     film = uneven(some_limits())
-    add(film_allowed(film), 5)
     even, odd = film.replicate_samples
-    assert (even + odd == film.counts).all() and ((even - odd) == film.counts % 2).all()
+    assert (even == film.counts / 2).all() and (odd == even).all()
+    assert film.paths == film.counts.sum()
 
 
-def film_allowed(film):
-    film.allow(film.ends + BLOCK * (np.indices(film.shape).sum(0) % 2))
-    return film
+@settings(max_examples=8, deadline=None)
+@given(st.integers(1, 1000), st.integers(1, 3))
+def test_the_size_of_items_does_not_matter(blocks, seed):
+    assert bits(uneven(some_limits(seed), blocks)) == bits(uneven(some_limits(seed)))
 
 
-@settings(max_examples=5, deadline=None)
-@given(st.integers(1, BLOCK), st.integers(1, 3))
-def test_steps_do_not_matter(step, seed):
-    assert bits(uneven(some_limits(seed), step=step)) == bits(uneven(some_limits(seed)))
+def test_items_give_each_pixel_one_block_a_turn():
+    film = add(Film(REGION, COMBINED_PLANES), BLOCK)
+    film.allow(some_limits())
+    listed = film.next_blocks(1 << 20).pixels
+    assert len(listed) == (film.limits - film.ends).sum() // BLOCK
+    x, y, first = listed.T
+    assert (np.diff(first) >= 0).all() and (first < film.limits[y - REGION[1], x - REGION[0]]).all()
+    assert len(np.unique(listed, axis=0)) == len(listed)
+    film.add_blocks(np.zeros((film.planes, 1, 77), np.float32))
+    assert (film.next_blocks(1 << 20).pixels == listed[77:]).all()
 
 
-@pytest.mark.parametrize("part", [0, 17, BLOCK, BLOCK + 40])
-def test_a_checkpoint_within_a_block_goes_on(tmp_path, part):
+def test_turns_take_any_number_of_blocks():
+    rng = np.random.default_rng(1)
+    turn, given = first_turn(rng.integers(0, 9, (9, 20))), []
+    lacking = int(turn.lacks.sum())
+    while len(turn.pixels):
+        parts, turn = turn.give(int(rng.integers(1, 200)))
+        assert all(len(np.unique(part.pixels)) == len(part.pixels) for part in parts)
+        given += [np.stack([part.pixels, part.lacks]) for part in parts]
+    given = np.concatenate(given, axis=1)
+    assert given.shape[1] == lacking == len(np.unique(given, axis=1).T)
+
+
+@pytest.mark.parametrize("blocks", [0, 17, 143, 200])
+def test_a_checkpoint_within_a_turn_goes_on(tmp_path, blocks):
     limits, film = some_limits(), add(Film(REGION, AOV_PLANES), BLOCK)
     film.allow(limits)
-    add(film, part).save(tmp_path / "film.npz", "scene", PRINT)
+    if blocks:
+        add_blocks(film, blocks)
+    film.save(tmp_path / "film.npz", "scene", PRINT)
     film = load_film(tmp_path / "film.npz", "scene", PRINT)
+    assert film.paths == film.counts.sum()
     while not film.settled:
-        add(film, 1)
+        add_blocks(film, 50)
     assert bits(film) == bits(uneven(limits))
 
 
@@ -113,12 +140,14 @@ def test_parts_of_uneven_films_merge():
     with pytest.raises(FilmError, match="overlap"):
         merge([*parts, parts[1]])
     with pytest.raises(FilmError, match="between blocks only"):
-        merge([begin, add(film_allowed(Film(REGION, AOV_PLANES, full)), 3)])
+        merge([uneven(full, film=Film(REGION, AOV_PLANES, 0 * full)), add(Film(REGION, AOV_PLANES, BLOCK), 3)])
 
 
 @pytest.mark.parametrize("misuse", [
     lambda film: add(film, 3).allow(some_limits()), lambda film: film.allow(some_limits() + 1),
-    lambda film: film.allow(some_limits()[1:]), lambda film: Film(REGION, film.planes, np.full((11, 13), 3))])
+    lambda film: film.allow(some_limits()[1:]), lambda film: Film(REGION, film.planes, np.full((11, 13), 3)),
+    lambda film: uneven(some_limits(), film=film).add_samples(1),
+    lambda film: uneven(some_limits(), film=film).add_blocks(np.zeros((film.planes, 1, 1), np.float32))])
 def test_misuse_is_refused(misuse):
     with pytest.raises(FilmError):
         misuse(Film(REGION, COMBINED_PLANES))
@@ -162,8 +191,8 @@ def test_decisions_end_at_the_most_samples():
             break
         film.allow(next_limits(film, 1e-3, 6 * BLOCK + 30))
         while not film.settled:
-            film.open[:] = np.random.default_rng(0).random(film.open.shape)
-            film.add_samples(BLOCK)
+            blocks = len(film.next_blocks(20).pixels)
+            film.add_blocks(np.random.default_rng(0).random((film.planes, 1, blocks), np.float32))
     assert (film.now() == 6 * BLOCK).all()
 
 
@@ -187,9 +216,14 @@ def test_the_price_leaves_the_wanted_share_within_the_error():
 
 
 def wanted_samples_of(k):
-    from isophote.adaptive import X, at_price
-
     return k * X[at_price(price_of(k), k)]
+
+
+@pytest.mark.parametrize("price", [1e-9, 1e-3, 0.7, 1e4])
+def test_the_table_looked_up_in_sorted_numbers(price):
+    k = np.sort(np.exp(np.random.default_rng(8).normal(0.0, 3.0, 5000)))
+    k[:3], k[100:200] = 0.0, k[100]
+    assert (within_at_price(price, k) == WITHIN[at_price(price, k)]).all()
 
 
 def test_wanted_samples_scale_with_the_error():
@@ -210,16 +244,16 @@ def test_a_render_reaches_its_error_and_says_how_many_samples_it_took():
     assert claim_of(session.film).most.value == result["error_95"]
 
 
-@pytest.mark.parametrize("step", [1, 64])
-def test_items_and_restarts_do_not_change_the_bits(monkeypatch, tmp_path, step):
+@pytest.mark.parametrize("step,blocks", [(1, 50), (64, 200)])
+def test_items_and_restarts_do_not_change_the_bits(monkeypatch, tmp_path, step, blocks):
     whole = rendered(**TARGET)
-    monkeypatch.setattr("isophote.session.choose_step", lambda seconds: step)
+    monkeypatch.setattr("isophote.session.choose_step", lambda *seconds: step)
+    monkeypatch.setattr("isophote.session.choose_blocks", lambda *seconds: blocks)
     other = rendered(**TARGET)
     assert bits(other.film) == bits(whole.film)
     part = Session(tiny_scene(), of(**TARGET), NoiseDevice())
-    for _ in range(600 if step == 1 else 20):
-        part.step()
-    assert part.film.ends is not None and not part.why_stopped
+    while not (part.film.ends is not None and part.film.most_samples > 4 * BLOCK and not part.film.settled):
+        assert not part.step().why_stopped
     part.film.save(tmp_path / "film.npz", part.scene_hash, part.settings.fingerprint())
     film = load_film(tmp_path / "film.npz", part.scene_hash, of(**TARGET).fingerprint())
     resumed = Session(tiny_scene(), of(**TARGET), NoiseDevice(), film)

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench import __main__ as program
-from bench import report
+from bench import adaptive_time, report
 from bench.catalogue import BENCHES, FOLDER, SCENES, Bench
 from bench.common import in_turn, machine, medians, versions
 from bench.compile import kernel_names, only_kernel
@@ -34,6 +34,15 @@ def test_works_are_done_in_turn():
 def test_the_machine_and_versions_are_said():
     assert {"processor", "threads", "memory_gib", "opencl"} <= set(machine())
     assert "numpy" in versions() and "native module" in versions()
+
+
+def test_adaptive_and_uniform_renders_are_compared_round_by_round():
+    one = dict(samples=128, items=9, decisions=3, drawing=0.8, deciding=0.1, adding=0.05, why_stopped="error")
+    rounds = [{False: one | {"seconds": seconds}, True: one | {"seconds": 2.0, "samples": 64, "why_stopped": "samples"}}
+              for seconds in (2.0, 3.0, 40.0)]
+    row = adaptive_time.scene_row(rounds)
+    assert row["faster"] == 1.5 and row["fewer"] == 2.0 and row["seconds"] == [3.0, 2.0]
+    assert row["stopped"] == ["error", "samples"]
 
 
 def test_threads_take_a_processor_of_each_core_before_the_second_of_any():

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from noise_device import radiance
 
-from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, Total, load_film, merge
+from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
 from isophote.passes import PASSES, make_passes
 from isophote.schedule import BLOCK, sample_items, split
 from isophote.settings import Settings
+from isophote.totals import Total
 
 REGION = (3, 2, 8, 6)
 PRINT = Settings().fingerprint()
@@ -72,6 +73,29 @@ def test_totals_are_exact_whatever_the_order(values, random):
         if other.hi is not None:
             total.add(other.hi, other.lo)
         assert (0.0 if total.hi is None else total.hi[0, 0]) == exact
+
+
+@pytest.mark.parametrize("powers", [0.0, 40.0])
+def test_listed_values_are_added_as_planes_are(powers):
+    rng, shape = np.random.default_rng(2), (30, 41)
+    plain, listed = Total(np.zeros(shape)), Total(np.zeros(shape))
+    for number in range(20):
+        pixels = rng.permutation(shape[0] * shape[1])[:900]
+        values = (rng.standard_normal(900) * np.exp2(powers * rng.uniform(-1, 1, 900))).astype(np.float32)
+        values[:3] = (np.inf, -np.inf, np.nan) if number == 7 else 1.0
+        plane = np.zeros(shape, np.float32)
+        plane.flat[pixels] = values
+        plain.add(plane)
+        listed.add_listed(values, pixels)
+    assert (plain.lo is None) == (listed.lo is None)
+    assert np.array_equal(plain.hi, listed.hi, equal_nan=True) and np.isnan(plain.hi).any()
+    assert powers == 0.0 or (plain.lo == listed.lo).all() and plain.lo.any()
+
+
+@pytest.mark.parametrize("pixels", [[-1, 2], [0, 6], [1]])
+def test_listed_values_need_their_pixels(pixels):
+    with pytest.raises(ValueError):
+        Total(np.zeros((2, 3))).add_listed(np.ones(2, np.float32), np.array(pixels))
 
 
 def test_totals_hold_what_one_float64_loses():

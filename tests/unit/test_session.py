@@ -57,7 +57,7 @@ def test_the_picture_converges_to_the_known_answer_within_its_error():
 
 def test_steps_do_not_change_the_bits(monkeypatch):
     whole = bits(rendered(150).film)
-    monkeypatch.setattr("isophote.session.choose_step", lambda seconds: 1)
+    monkeypatch.setattr("isophote.session.choose_step", lambda *seconds: 1)
     assert bits(rendered(150).film) == whole
 
 
@@ -187,7 +187,7 @@ def test_a_render_stops_when_its_error_is_reached_and_says_so():
 @pytest.mark.parametrize("step", [1, 4, 64])
 def test_where_a_render_stops_for_its_error_does_not_depend_on_its_items(monkeypatch, step):
     whole = rendered(100_000, error_target=0.25).film
-    monkeypatch.setattr("isophote.session.choose_step", lambda seconds: step)
+    monkeypatch.setattr("isophote.session.choose_step", lambda *seconds: step)
     other = rendered(100_000, error_target=0.25).film
     assert other.samples == whole.samples and bits(other) == bits(whole)
     part = rendered(37).film  # as if interrupted and resumed

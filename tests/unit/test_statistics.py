@@ -12,7 +12,16 @@ from scipy import stats
 
 from isophote.film import COMBINED_PLANES, Film
 from isophote.passes import combined
-from isophote.statistics import LUMINANCE, image_error, mean_and_error, pixel_error, pool, sums_over_tiles
+from isophote.statistics import (
+    LUMINANCE,
+    image_error,
+    mean_and_error,
+    pixel_error,
+    pixels_of_tiles,
+    pool,
+    spread_over_tiles,
+    sums_over_tiles,
+)
 
 rng = np.random.default_rng(20240607)
 
@@ -99,7 +108,20 @@ def test_the_interval_of_the_image_error_covers():
 
 def test_tiles_follow_the_full_frame():
     ones = sums_over_tiles(np.ones((10, 13)), origin=(5, 14))
+    assert (pixels_of_tiles((10, 13), (5, 14)) == ones).all()
     assert ones.tolist() == [[3 * 2, 8 * 2, 2 * 2], [3 * 8, 8 * 8, 2 * 8]]
+
+
+@pytest.mark.parametrize("origin", [(0, 0), (5, 14), (8, 7), (31, 1)])
+@pytest.mark.parametrize("shape,tile", [((1, 1), 8), ((10, 13), 8), ((16, 7), 4), ((33, 20), 16), ((5, 90), 64)])
+def test_tiles_have_the_pixels_that_lie_in_them(origin, shape, tile):
+    x, y = (np.arange(size) + first for size, first in zip(shape[::-1], origin, strict=True))
+    names = 1000 * (y // tile - y[0] // tile)[:, None] + (x // tile - x[0] // tile)
+    tiles = 1000.0 * np.arange(names[-1, 0] // 1000 + 1)[:, None] + np.arange(names[0, -1] + 1)
+    counts = np.unique(names, return_counts=True)[1].reshape(tiles.shape)
+    assert (spread_over_tiles(tiles, shape, origin, tile) == names).all()
+    assert (pixels_of_tiles(shape, origin, tile) == counts).all()
+    assert (sums_over_tiles(names, origin, tile) == counts * tiles).all()
 
 
 def test_a_region_pools_over_the_tiles_of_the_full_frame():

@@ -29,8 +29,7 @@ def made(stop_at=None, **options):
             bpy.ops.isophote.stop_trade_report()
             stop_at = None
     seconds = time.perf_counter() - begin
-    return {"page": trade.current.page, "partial": trade.current.partial, "error": trade.current.error,
-            "seconds": seconds}
+    return {"page": "", "partial": False, **trade.current.made, "error": trade.current.error, "seconds": seconds}
 
 
 stopped = made(minutes=0.5, stop_at=0.15)

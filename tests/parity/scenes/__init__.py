@@ -4,6 +4,7 @@ import numpy as np
 
 from isophote.scene import Scene
 from tests.parity.scenes.conversions import conversions
+from tests.parity.scenes.inputs import inputs
 from tests.scenes import (
     CAMERA,
     DIFFUSE,
@@ -178,7 +179,7 @@ def rare_closures() -> Scene:
 
 
 SCENES = {scene.__name__: scene for scene in (
-    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions)}
+    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -188,4 +189,5 @@ SETTINGS = {
     "closures": dict(seed=7),
     "rare_closures": dict(seed=8),
     "conversions": dict(max_bounces=2),
+    "inputs": dict(max_bounces=6),
 }
