@@ -177,6 +177,21 @@ def uses_nodes(data) -> bool:
     return bool(data.use_nodes)
 
 
+def noise_kind(node) -> tuple[str, bool]:
+    """The kind of a Noise Texture (a choice since 4.1), and whether it is scaled to [0, 1] (a choice since 4.0)."""
+    return getattr(node, "noise_type", "FBM"), getattr(node, "normalize", True)
+
+
+def most_noise_roughness() -> float:
+    """To what Cycles limits the roughness of fractal noise."""
+    return 1.0 if bpy.app.version < (4, 0, 0) else float("inf")
+
+
+def voronoi_cells_are_whole() -> bool:
+    """Whether Cycles hashes the cells of Voronoi Textures as whole numbers (since 5.0), which makes others of them."""
+    return bpy.app.version >= (5, 0, 0)
+
+
 def absolute_path(image) -> str:
     """The path of an image's file, with tokens as they are."""
     return bpy.path.abspath(image.filepath_raw, library=image.library).replace("\\", "/")

@@ -82,11 +82,21 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "world": make_world(scene)}
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
+    if len(scene.step_op) and not len(scene.instance_mesh):
+        buffers |= stand_ins(scene, buffers)
     buffers |= as_kernels_have_them(make_lights(scene, buffers))
     features = int(buffers["world"]["features"][0])
     closures = sum(1 << int(op) for op in np.unique(instructions["op"]))
     return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
                     tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+
+
+def stand_ins(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Zeros for a scene of spheres: what steps read of a mesh, to drop it again where they meet something else."""
+    counts = {"instances": 1, "indices": 3, "vertices": 1, "normals": 1, "instance_meshes": 1, "attribute_values": 1,
+              "mesh_attributes": scene.mesh_attributes.shape[1], "instance_values": scene.instance_values.shape[1]}
+    return {name: np.zeros((count, 3) if name in ("vertices", "normals") else count, buffers[name].dtype)
+            for name, count in counts.items()}
 
 
 def as_kernels_have_them(buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -131,7 +141,9 @@ def make_camera(scene: Scene) -> np.ndarray:
     return make_records(
         "Camera", 1, x=matrix[:, 0], y=matrix[:, 1], z=matrix[:, 2], position=matrix[:, 3], left=left, right=right,
         bottom=bottom, top=top, clip_start=scene.camera_clip[0], clip_end=scene.camera_clip[1],
-        kind=scene.camera_kind, width=scene.resolution[0], height=scene.resolution[1])
+        lens=scene.camera_lens[0], focus=scene.camera_lens[1], blades=scene.camera_lens[2],
+        blade_rotation=scene.camera_lens[3], lens_ratio=scene.camera_lens[4], kind=scene.camera_kind,
+        width=scene.resolution[0], height=scene.resolution[1])
 
 
 def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -211,8 +223,7 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
                                         domain=a[:, :, 1].ravel(), components=a[:, :, 2].ravel()),
         "attribute_values": scene.attribute_values if len(scene.attribute_values) else np.zeros(a.size, np.float32),
         "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
-        "instance_values": scene.instance_values if len(scene.instance_values) else np.zeros(
-            scene.instance_values.shape[1], np.float32),
+        "instance_values": scene.instance_values,
         "images": make_records("Image", len(i), first=i[:, 0], width=i[:, 1], height=i[:, 2], channels=i[:, 3],
                                texel=i[:, 4], flags=i[:, 5]),
         "texels": texels.view(np.uint32),
@@ -260,6 +271,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_SMOOTH": (buffers["instances"]["visibility"] & n["INSTANCE_SMOOTH"]).any(),
         "FEATURE_SLOTS": len(buffers["slots"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),
+        "FEATURE_LENS": scene.camera_lens[0] > 0,
         "FEATURE_VALUES": len(scene.step_op) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,

@@ -37,6 +37,8 @@ FIELDS: dict[str, Field] = {
     "camera_to_world": Field("f8", (3, 4), "rigid, relative to origin; looks along its -z"),
     "camera_window": Field("f8", (4,), "left, right, bottom, top at distance 1 (perspective) or in metres"),
     "camera_clip": Field("f8", (2,), "start and end, metres along -z"),
+    "camera_lens": Field("f8", (5,), "radius (0: a point), distance in focus, metres; blades (0: round), their "
+                                     "rotation in radians, height over width"),
     "vertices": Field("f4", ("V", 3), "object space"),
     "triangles": Field("u4", ("T", 3), "indices into vertices"),
     "triangle_slots": Field("u2", ("E",), "material slot of each triangle within its mesh; empty where all are 0"),

@@ -153,7 +153,7 @@ def camera_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "resolution", f"{width} x {height} pixels"))
     if not 0 <= scene.camera_kind < CAMERA_KINDS:
         problems.append(Problem("error", "camera", f"kind {int(scene.camera_kind)} is not known"))
-    for name in ("camera_to_world", "camera_window", "camera_clip", "origin"):
+    for name in ("camera_to_world", "camera_window", "camera_clip", "camera_lens", "origin"):
         if not np.isfinite(scene.arrays[name]).all():
             problems.append(Problem("error", "camera", f"{name} is not finite"))
     if problems:
@@ -162,6 +162,8 @@ def camera_problems(scene: Scene) -> list[Problem]:
     left, right, bottom, top = scene.camera_window
     if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-3:
         problems.append(Problem("error", "camera", "camera_to_world is not rigid"))
+    elif scene.camera_lens[0] > 0 and not (scene.camera_lens[[1, 4]] > 0).all():
+        problems.append(Problem("error", "camera", "its lens has no distance in focus, or no ratio"))
     elif not (right > left and top > bottom):
         problems.append(Problem("error", "camera", "its window is empty"))
     return problems

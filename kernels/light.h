@@ -2,6 +2,7 @@
 #ifndef ISOPHOTE_LIGHT_H
 #define ISOPHOTE_LIGHT_H
 #include "bsdf/bsdf.h"
+#include "disk.h"
 #include "light_tree.h"
 #include "spherical_triangle.h"
 #include "surface.h"
@@ -30,17 +31,6 @@ FN real3 sample_cone(real3 axis, real size, real2 u) {
   Frame f = make_frame(axis);
   real2 phi = sin_cos_real(TWO_PI * u.y);
   return normalize3(f.x * (sine * phi.y) + f.y * (sine * phi.x) + axis * (REAL(1.0) - h));
-}
-
-/* Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square". */
-FN real2 sample_disk(real2 u) {
-  real a = REAL(2.0) * u.x - REAL(1.0), b = REAL(2.0) * u.y - REAL(1.0);
-  int wide = fabs(a) > fabs(b);
-  real r = wide ? a : b;
-  real ratio = wide ? b / a : a / (b != REAL(0.0) ? b : REAL(1.0));
-  real quarter = REAL(0.25) * PI * ratio;
-  real2 phi = sin_cos_real(wide ? quarter : REAL(0.5) * PI - quarter);
-  return make_real2(r * phi.y, r * phi.x);
 }
 
 /* A lamp's light as a function of direction: Blender's spot is 0 outside the cone, a smooth step towards its edge. */

@@ -33,6 +33,7 @@
 #define FEATURE_WORLD 4096u    /* the world's radiance is computed for each direction */
 #define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
+#define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -45,6 +46,9 @@ typedef struct {
   packed3 x, y, z, position; /* axes of the camera in the world; it looks along -z */
   float left, right, bottom, top; /* window at distance 1 (perspective) or in metres (orthographic) */
   float clip_start, clip_end;
+  float lens, focus; /* radius of a thin lens, 0: a point; distance that it has in focus */
+  int blades; /* of its aperture, 0: round */
+  float blade_rotation, lens_ratio; /* radians; height over width */
   int kind;
   int width, height; /* of the full frame, pixels */
 } Camera;
@@ -135,7 +139,7 @@ typedef struct {
 #define INSTRUCTION_BUMPS 2u /* its normal is not the surface's */
 #define INSTRUCTION_SOFTENED 4u /* of a diffuse closure: the edge that the surface's normal casts on it is softened */
 #define INSTRUCTION_NORMAL(flags) (((flags) >> 8) & 255u) /* of one that varies: first of three registers */
-#define INSTRUCTION_TANGENT(flags) ((flags) >> 16)        /* likewise, of its frame's x axis; 0: any will do */
+#define INSTRUCTION_TANGENT(flags) ((flags) >> 16) /* likewise, plus 1, of its frame's x axis; 0: any will do */
 typedef struct {
   int op;
   uint flags;

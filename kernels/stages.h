@@ -20,7 +20,9 @@ FN Path generate_path(Scene s, Params params, int column, int row, uint sample, 
   real fx = real_of(x) + REAL(0.5) + width * sample_filter(s.filter_table, u.x);
   real fy = real_of(y) + REAL(0.5) + width * sample_filter(s.filter_table, u.y);
   Path p;
-  p = with_ray(p, make_camera_ray(camera, fx, fy));
+  real2 on_lens = make_real2(REAL(0.0), REAL(0.0));
+  if (has_lens(camera)) on_lens = sample_lens(camera, sample_pair(seed, sample >> 1, PAIR_LENS));
+  p = with_ray(p, make_camera_ray(camera, fx, fy, on_lens));
   p = with_throughput(p, splat3(REAL(1.0)));
   p.pdf = REAL(0.0);
   p.slot = slot;

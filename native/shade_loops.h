@@ -166,9 +166,9 @@ static Bound bind_instruction(const Batch &b, Instruction i) {
   bound.ny = column(normal + 1);
   bound.nz = column(normal + 2);
   if (tangent) {
-    bound.tx = column(tangent);
-    bound.ty = column(tangent + 1);
-    bound.tz = column(tangent + 2);
+    bound.tx = column(tangent - 1);
+    bound.ty = column(tangent);
+    bound.tz = column(tangent + 1);
   }
   return bound;
 }

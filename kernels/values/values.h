@@ -5,6 +5,7 @@
 #ifndef ISOPHOTE_VALUES_VALUES_H
 #define ISOPHOTE_VALUES_VALUES_H
 #include "attribute.h"
+#include "hash.h"
 #include "value.h"
 
 #ifndef VALUES_USED_0
@@ -39,6 +40,18 @@
 #else
 #define VALUES_COLOUR(X)
 #endif
+#if VALUES_USED_4
+#include "noise.h"
+#include "pattern.h"
+#else
+#define VALUES_NOISE(X)
+#define VALUES_PATTERN(X)
+#endif
+#if VALUES_USED_5
+#include "voronoi.h"
+#else
+#define VALUES_VORONOI(X)
+#endif
 #if VALUES_USED_6
 #include "image.h"
 #include "space.h"
@@ -62,6 +75,9 @@
   VALUES_MATH(X) \
   VALUES_VECTOR_MATH(X) \
   VALUES_COLOUR(X) \
+  VALUES_NOISE(X) \
+  VALUES_PATTERN(X) \
+  VALUES_VORONOI(X) \
   VALUES_IMAGE(X) \
   VALUES_SPACE(X) \
   VALUES_TABLE(X) \
