@@ -53,9 +53,11 @@
 #define VALUES_VORONOI(X)
 #endif
 #if VALUES_USED_6
+#include "image.h"
 #include "space.h"
 #include "table.h"
 #else
+#define VALUES_IMAGE(X)
 #define VALUES_SPACE(X)
 #define VALUES_TABLE(X)
 #endif
@@ -76,6 +78,7 @@
   VALUES_NOISE(X) \
   VALUES_PATTERN(X) \
   VALUES_VORONOI(X) \
+  VALUES_IMAGE(X) \
   VALUES_SPACE(X) \
   VALUES_TABLE(X) \
   VALUES_GEOMETRY(X) \
