@@ -16,7 +16,7 @@ from isophote.values import ARITHMETIC, Number, Value, call1, clamp, maximum, mi
 from ... import compat
 from ..nodes import find_input
 from ..values import as_number, each, grey, triple
-from .inputs import source
+from .inputs import generated
 from .vectors import texture_mapped
 
 NOISE_KINDS = {"FBM": 0, "MULTIFRACTAL": 1, "HYBRID_MULTIFRACTAL": 2, "RIDGED_MULTIFRACTAL": 3, "HETERO_TERRAIN": 4}
@@ -34,7 +34,7 @@ def coordinates(values, node, stack):
     elif values.lookups is None:
         return None
     else:
-        vector = source("attribute", data=values.lookups.attribute("generated"))
+        vector = generated(values)
     return texture_mapped(vector, node.texture_mapping)
 
 
