@@ -51,6 +51,25 @@ def noises():
         yield "noise linked lacunarity", noise(Lacunarity=across(0.5, 3.0))
 
 
+def mapped_noise(kind, **mapping):
+    """By the mapping that the node itself holds."""
+    def build(g):
+        socket = noise()(g)
+        for name, value in {"vector_type": kind, **mapping}.items():
+            setattr(socket.node.texture_mapping, name, value)
+        return socket
+    return build
+
+
+def mapped_noises():
+    turned = {"rotation": (0.3, -0.5, 0.8), "scale": (0.7, 1.4, -0.9), "translation": (0.2, -0.3, 0.4)}
+    for kind in ("POINT", "TEXTURE", "VECTOR", "NORMAL"):
+        yield f"noise mapped {kind}", mapped_noise(kind, **turned)
+    yield "noise mapped axes", mapped_noise("POINT", mapping_x="Z", mapping_y="NONE", mapping_z="X")
+    yield "noise mapped limits that Cycles does not know", mapped_noise("POINT", use_min=True,
+                                                                       min=(0.2, 0.3, 0.1), use_max=True)
+
+
 def musgrave(dimensions, kind, **inputs):
     settings = {"musgrave_dimensions": dimensions, "musgrave_type": kind}
     given = {"Scale": 4.0, "Detail": 2.5, "Dimension": 0.8, "W": across(-1.0, 1.0), "Vector": point, **SHAPE, **inputs}
@@ -65,9 +84,9 @@ def musgraves():
         yield f"musgrave {kind} linked", musgrave("3D", kind, Detail=across(0.0, 5.0), Dimension=across(0.0, 2.0))
 
 
-def checkered(g, first, second):
-    """Two colours, between which there are no pixels."""
-    return g.node("TexChecker", outputs="Color", Vector=point(g), Color1=first, Color2=second, Scale=3.1)
+def checkered(g, first=(0.0, 0.0, 0.0), second=(0.0, 0.0, 0.0), shows="Color"):
+    """Two colours, or 0 and 1, between which there are no pixels."""
+    return g.node("TexChecker", outputs=shows, Vector=point(g), Color1=first, Color2=second, Scale=3.1)
 
 
 def few_far_away(g):
@@ -77,7 +96,7 @@ def few_far_away(g):
 
 def one_of_two(g):
     """Two such numbers: one that is constant is reckoned in float64, and far away that makes a difference."""
-    return g.math("MULTIPLY_ADD", checkered(g, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)), 1e6, -7654321.5)
+    return g.math("MULTIPLY_ADD", checkered(g, shows="Fac"), 1e6, -7654321.5)
 
 
 def white_noise(dimensions, shows):
@@ -118,4 +137,4 @@ def patterns():
 
 
 if __name__ == "__main__":
-    make_patches("noise", [*noises(), *patterns(), *(() if HAS_KINDS else musgraves())])
+    make_patches("noise", [*noises(), *mapped_noises(), *patterns(), *(() if HAS_KINDS else musgraves())])

@@ -17,6 +17,7 @@ from ... import compat
 from ..nodes import find_input
 from ..values import as_number, each, grey, triple
 from .inputs import source
+from .vectors import texture_mapped
 
 NOISE_KINDS = {"FBM": 0, "MULTIFRACTAL": 1, "HYBRID_MULTIFRACTAL": 2, "RIDGED_MULTIFRACTAL": 3, "HETERO_TERRAIN": 4}
 NORMALIZED = 8
@@ -27,12 +28,14 @@ BRICK_SHAPE = ("Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Heigh
 
 
 def coordinates(values, node, stack):
-    """The vector that a texture is looked up at: generated coordinates where nothing is linked; None without those."""
+    """The vector that a texture is looked up at, generated coordinates where nothing is linked; None without those."""
     if values.is_linked(node, stack, "Vector"):
-        return values.vector(node, stack, "Vector")
-    if values.lookups is None:
+        vector = values.vector(node, stack, "Vector")
+    elif values.lookups is None:
         return None
-    return source("attribute", data=values.lookups.attribute("generated"))
+    else:
+        vector = source("attribute", data=values.lookups.attribute("generated"))
+    return texture_mapped(vector, node.texture_mapping)
 
 
 def point_of(values, node, stack, dimensions: str) -> tuple | None:
