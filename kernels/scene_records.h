@@ -180,13 +180,13 @@ typedef struct {
 #define TEXEL_SHORT 1u
 #define TEXEL_HALF 5u
 #define TEXEL_FLOAT 4u
-#define IMAGE_SRGB 1u /* flags: stored by sRGB's curve */
-#define IMAGE_DIVIDE_ALPHA 2u /* stored times alpha, wanted without */
-#define IMAGE_INTERPOLATION(flags) (((flags) >> 2) & 3u) /* 1 << this texels count in each direction */
+#define IMAGE_SRGB 1u /* data of the step stored_color: stored by sRGB's curve */
+#define IMAGE_DIVIDE_ALPHA 2u /* likewise: stored times alpha, wanted without */
+#define IMAGE_INTERPOLATION(flags) ((flags) & 3u) /* 1 << this texels count in each direction */
 #define IMAGE_CLOSEST 0u
 #define IMAGE_LINEAR 1u
 #define IMAGE_CUBIC 2u
-#define IMAGE_EXTENSION(flags) (((flags) >> 4) & 3u)
+#define IMAGE_EXTENSION(flags) (((flags) >> 2) & 3u)
 #define IMAGE_ENDS 1u    /* bits of it: once, and not over and over */
 #define IMAGE_SPECIAL 2u /* every second one mirrored; nothing beyond the end */
 #define IMAGE_REPEAT 0u

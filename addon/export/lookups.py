@@ -7,7 +7,7 @@ import numpy as np
 
 from .images import MISSING, Picture
 
-IMAGE_SRGB, IMAGE_DIVIDE_ALPHA = 1, 2  # flags of kernels/scene_records.h
+IMAGE_SRGB, IMAGE_DIVIDE_ALPHA = 1, 2  # of kernels/scene_records.h
 # Of the keys (kind, name) by which attributes are asked for.
 ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness")
 
@@ -25,7 +25,7 @@ class Lookups:
         self.attributes: dict[tuple[str, str], int] = {}
         self._images: dict[tuple, int] = {}  # by key and flags
         self._rows: list[tuple] = []
-        self._pictures: dict[object, tuple[tuple, int]] = {}  # by key: the start of their rows, IMAGE_SRGB or 0
+        self._pictures: dict[object, tuple[tuple, int]] = {}  # by key: the start of their rows, how they are stored
         self._texels: list[np.ndarray] = []
         self._words = 0
         self._tables: dict[bytes, int] = {}
@@ -52,32 +52,33 @@ class Lookups:
             self._length += len(entries)
         return self._tables[key]
 
-    def image(self, key, flags: int, read) -> int:
-        """The number of an image: the picture that `read` gives (images.Picture), kept once for each key, with IMAGE_
-        flags, of which IMAGE_SRGB comes from the picture. What `read` raises goes through."""
+    def image(self, key, flags: int, read) -> tuple[int, int]:
+        """The number of an image, and how its colours are stored: IMAGE_SRGB, IMAGE_DIVIDE_ALPHA where it has an alpha.
+
+        It is the picture that `read` gives (images.Picture), kept once for each key, with IMAGE_ modes of interpolation
+        and extension. What `read` raises goes through.
+        """
         if key not in self._pictures:
             self._pictures[key] = self.add_picture(read())
-        row, srgb = self._pictures[key]
-        if row[3] < 4:
-            flags &= ~IMAGE_DIVIDE_ALPHA  # no alpha to divide by
-        place = key, flags | srgb
-        if place not in self._images:
-            self._images[place] = len(self._rows)
-            self._rows.append((*row, flags | srgb))
-        return self._images[place]
+        row, stored = self._pictures[key]
+        if (key, flags) not in self._images:
+            self._images[key, flags] = len(self._rows)
+            self._rows.append((*row, flags))
+        return self._images[key, flags], stored
 
     def add_picture(self, picture) -> tuple[tuple, int]:
-        """Where its texels are: first word, width, height, channels, TEXEL_ kind; and its IMAGE_SRGB."""
+        """Where its texels are: first word, width, height, channels, TEXEL_ kind; and how they are stored."""
         height, width, channels = picture.texels.shape
         plain = np.ascontiguousarray(picture.texels).reshape(-1).view(np.uint8)
         words = -(-len(plain) // 4)
         first, self._words = self._words, self._words + words
         self._texels += [plain, np.zeros(4 * words - len(plain), np.uint8)]
-        return (first, width, height, channels, picture.kind), IMAGE_SRGB * picture.srgb
+        stored = IMAGE_SRGB * picture.srgb | IMAGE_DIVIDE_ALPHA * (channels == 4)
+        return (first, width, height, channels, picture.kind), stored
 
     def missing_image(self) -> int:
         """Stands for pictures that there are not."""
-        return self.image("missing", 0, lambda: Picture(np.array([[MISSING]], np.float16), False))
+        return self.image("missing", 0, lambda: Picture(np.array([[MISSING]], np.float16), False))[0]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The scene's arrays."""

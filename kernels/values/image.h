@@ -14,7 +14,8 @@
   X(195, tube_place, 3, 2)      \
   X(196, sky_place, 3, 2)       \
   X(197, mirror_ball_place, 3, 2) \
-  X(198, box_sides, 0, 6)
+  X(198, box_sides, 0, 6)       \
+  X(199, stored_color, 4, 3)
 
 /* Four numbers of a texel; grey ones hold the same in x, y and z, opaque ones 1 in w. */
 typedef struct {
@@ -100,40 +101,31 @@ FN real decode_srgb(real c) {
   return c < REAL(0.04045) ? max_real(c, REAL(0.0)) * REAL(0.077399380804953561) : curved;
 }
 
-/* Adds the k-th of a picture's taps at (u, v) to the outputs; the last one finishes them. */
+/* Adds the k-th of a picture's taps at (u, v) to the outputs. */
 FN void add_tap(Scene s, ValueStep o, Image i, real u, real v, real *r, uint k) {
   uint interpolation = IMAGE_INTERPOLATION(i.flags), extension = IMAGE_EXTENSION(i.flags);
   Tap x = make_tap(u, i.width, interpolation, extension, k & ((1u << interpolation) - 1u));
   Tap y = make_tap(v, i.height, interpolation, extension, k >> interpolation);
   Texel t = read_texel(s, i, x.texel, y.texel);
   real weight = x.weight * y.weight;
-  real red = t.x * weight, green = t.y * weight, blue = t.z * weight, alpha = t.w * weight;
-  if (k) {
-    red = red + OUT(0);
-    green = green + OUT(1);
-    blue = blue + OUT(2);
-    alpha = alpha + OUT(3);
-  }
-  if (k + 1u == o.repeat) {
-    int divide = (i.flags & IMAGE_DIVIDE_ALPHA) && alpha != REAL(0.0) && alpha != REAL(1.0);
-    real scale = divide ? REAL(1.0) / alpha : REAL(1.0);
-    red = red * scale;
-    green = green * scale;
-    blue = blue * scale;
-    if (i.flags & IMAGE_SRGB) {
-      red = decode_srgb(red);
-      green = decode_srgb(green);
-      blue = decode_srgb(blue);
-    }
-  }
-  OUT(0) = red;
-  OUT(1) = green;
-  OUT(2) = blue;
-  OUT(3) = alpha;
+  real red = OUT(0), green = OUT(1), blue = OUT(2), alpha = OUT(3);
+  OUT(0) = t.x * weight + (k ? red : REAL(0.0));
+  OUT(1) = t.y * weight + (k ? green : REAL(0.0));
+  OUT(2) = t.z * weight + (k ? blue : REAL(0.0));
+  OUT(3) = t.w * weight + (k ? alpha : REAL(0.0));
 }
 
 /* Image o.data at the place (u, v): colour and alpha. */
 VALUE(image) { add_tap(s, o, s.images[o.data], IN(0), IN(1), r, k); }
+
+/* A colour as it is stored, and alpha: without alpha (IMAGE_DIVIDE_ALPHA of o.data), from sRGB's curve (IMAGE_SRGB). */
+VALUE(stored_color) {
+  real alpha = IN(3);
+  int divide = (o.data & IMAGE_DIVIDE_ALPHA) && (alpha != REAL(0.0)) & (alpha != REAL(1.0));
+  real3 c = IN3(0) * (REAL(1.0) / (divide ? alpha : REAL(1.0)));
+  int curved = (o.data & IMAGE_SRGB) != 0u;
+  OUT3(0, select3(curved, make_real3(decode_srgb(c.x), decode_srgb(c.y), decode_srgb(c.z)), c))
+}
 
 /* A picture of tiles, each a unit wide, ten in a row. From o.data on value_tables hold: how many there are places for,
  * then the number of each place's image; that of the last stands for all that there are not. */

@@ -10,9 +10,11 @@ import bpy
 import numpy as np
 from common import add, export, material, node, notes_of, run_all, square
 
+from isophote.values import operations
+
 BYTE, SHORT, HALF, FLOAT = 2, 1, 5, 4  # TEXEL_ numbers of kernels/scene_records.h
 SIZES = {BYTE: np.uint8, SHORT: np.uint16, HALF: np.float16, FLOAT: np.float32}
-SRGB, DIVIDE_ALPHA = 1, 2
+SRGB, DIVIDE_ALPHA, LINEAR = 1, 2, 1
 FOLDER = Path(tempfile.mkdtemp())
 try:
     import OpenImageIO  # noqa: F401
@@ -54,9 +56,14 @@ def texels_of(scene, number):
     return scene.image_texels[4 * first:].view(SIZES[kind])[:width * height * channels].reshape(height, width, channels)
 
 
+def stored(scene):
+    """What steps have to undo of how colours are stored."""
+    return scene.step_data[scene.step_op == operations()["stored_color"].number].tolist()
+
+
 def test_bytes_stay_bytes():
     scene = shown(image(noise(3)))
-    assert scene.images[0, 3:].tolist() == [3, BYTE, SRGB | 1 << 2]
+    assert scene.images[0, 3:].tolist() == [3, BYTE, LINEAR] and stored(scene) == [SRGB]
     np.testing.assert_array_equal(texels_of(scene, 0), np.rint(255 * noise(3)))
 
 
@@ -66,7 +73,7 @@ def test_colors_are_stored_times_alpha_unless_they_are_data():
     np.testing.assert_array_equal(texels_of(scene, 0)[:, :, :3], whole[:, :, :3] * whole[:, :, 3:] // 255)
     np.testing.assert_array_equal(texels_of(scene, 1), whole)
     np.testing.assert_array_equal(texels_of(scene, 2), whole)
-    assert scene.images[:, 5].tolist() == [SRGB | DIVIDE_ALPHA | 4, 4, SRGB | 4]
+    assert scene.images[:, 5].tolist() == 3 * [LINEAR] and stored(scene) == [SRGB | DIVIDE_ALPHA, SRGB]
 
 
 def test_grey_is_one_channel_and_halfs_are_halfs():

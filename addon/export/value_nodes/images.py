@@ -7,13 +7,13 @@ from isophote.values import mix
 
 from ..images import MISSING, Unreadable, multiplied, read_picture, sequence_frame
 from ..lookups import IMAGE_DIVIDE_ALPHA
-from ..values import each, outputs, triple
+from ..values import each, outputs, source, triple
 from .inputs import place, uv_of
 from .vectors import texture_mapped
 
 INTERPOLATIONS = {"Closest": 0, "Linear": 1, "Cubic": 2, "Smart": 2}  # IMAGE_ numbers of kernels/scene_records.h
 EXTENSIONS = {"REPEAT": 0, "EXTEND": 1, "MIRROR": 2, "CLIP": 3}
-FIRST_TILE, TILES_IN_A_ROW = 1001, 10
+FIRST_TILE = 1001
 
 
 def image_texture(values, node, socket, stack):
@@ -52,45 +52,47 @@ def box(values, node, socket, co):
 def looked_up(values, node, socket, u, v):
     """Colour or alpha of a node's image at a place; magenta where it has none, as in Cycles."""
     try:
-        found = lookup_of(values, node)
+        name, data, stored = lookup_of(values, node)
     except Unreadable as error:
         values.note(f"{node.name}: {error}: rendered magenta")
         return 1.0 if socket.name == "Alpha" else triple(*MISSING)
-    name, data, repeat = found
-    red, green, blue, alpha = outputs(name, u, v, data=data, repeat=repeat)
-    return alpha if socket.name == "Alpha" else triple(red, green, blue)
+    *color, alpha = outputs(name, u, v, data=data, repeat=4 ** INTERPOLATIONS[node.interpolation])
+    if socket.name == "Alpha":
+        return alpha
+    alpha_output = node.outputs.get("Alpha")
+    if not (alpha_output and alpha_output.is_linked and multiplied(node.image)):
+        stored &= ~IMAGE_DIVIDE_ALPHA  # colours stay as they are stored
+    return source("stored_color", *color, alpha, data=stored) if stored else triple(*color)
 
 
 def lookup_of(values, node) -> tuple[str, int, int]:
-    """Operation, its data and how often it repeats for a node's image. Raises Unreadable."""
+    """Operation and its data for a node's image, and how its colours are stored (Lookups.image). Raises Unreadable."""
     image = node.image
     if image is None:
         raise Unreadable("it has no image")
-    interpolation = INTERPOLATIONS[node.interpolation]
-    flags = interpolation << 2 | EXTENSIONS[getattr(node, "extension", "REPEAT")] << 4
-    taps = 4 ** interpolation
-    alpha = node.outputs.get("Alpha")
-    if alpha and alpha.is_linked and multiplied(image):
-        flags |= IMAGE_DIVIDE_ALPHA
+    modes = INTERPOLATIONS[node.interpolation] | EXTENSIONS[getattr(node, "extension", "REPEAT")] << 2
     if image.source == "TILED" and node.bl_idname == "ShaderNodeTexImage" and node.projection != "BOX":
-        return "tiled_image", tile_table(values, image, flags), taps
+        return "tiled_image", *tile_table(values, image, modes)
     frame = sequence_frame(node.image_user, values.lookups.frame) if image.source == "SEQUENCE" else 0
-    return "image", values.lookups.image((image.as_pointer(), frame), flags,
-                                         lambda: read_picture(image, frame)), taps
+    return "image", *values.lookups.image((image.as_pointer(), frame), modes, lambda: read_picture(image, frame))
 
 
-def tile_table(values, image, flags: int) -> int:
-    """Where the tiles' images stand in value_tables, as the operation tiled_image reads them."""
-    numbers = {}
+def tile_table(values, image, modes: int) -> tuple[int, int]:
+    """Where the numbers of the tiles stand in value_tables, for tiled_image; how the tiles are stored."""
+    numbers, stored = {}, 0
     for tile in image.tiles:
+        key = image.as_pointer(), tile.number
         try:
-            numbers[tile.number - FIRST_TILE] = values.lookups.image(
-                (image.as_pointer(), tile.number), flags, lambda tile=tile: read_picture(image, 0, tile.number))
+            number, own = values.lookups.image(key, modes, lambda tile=tile: read_picture(image, 0, tile.number))
         except Unreadable as error:
             values.note(f"{image.name}, tile {tile.number}: {error}: rendered magenta")
+        else:
+            numbers[tile.number - FIRST_TILE] = number
+            stored |= own
     missing = values.lookups.missing_image()
     places = max(numbers, default=-1) + 1
-    return values.lookups.table([places + 1, *(numbers.get(place, missing) for place in range(places)), missing])
+    entries = [places + 1, *(numbers.get(place, missing) for place in range(places)), missing]
+    return values.lookups.table(entries), stored
 
 
 NODES = {

@@ -24,9 +24,7 @@ def images() -> tuple[list, np.ndarray]:
     for kind, (name, dtype, high) in enumerate(TEXELS):
         for shape, (height, width, channels) in enumerate(SHAPES):
             plain = (rng.random((height, width, channels)) * high).astype(dtype).reshape(-1).view(np.uint8)
-            mode = (kind + shape) % 3 << 2 | (kind + 2 * shape) % 4 << 4
-            rows.append((words, width, height, channels, n[name], mode | (n["IMAGE_SRGB"] if kind < 2 else 0)
-                         | (n["IMAGE_DIVIDE_ALPHA"] if channels == 4 else 0)))
+            rows.append((words, width, height, channels, n[name], (kind + shape) % 3 | (kind + 2 * shape) % 4 << 2))
             texels.append(np.pad(plain, (0, -len(plain) % 4)))
             words += len(texels[-1]) // 4
     return rows, np.concatenate(texels)
@@ -34,8 +32,8 @@ def images() -> tuple[list, np.ndarray]:
 
 def shown(rows, number, u, v):
     """Colour of an image, dimmed by its alpha."""
-    repeat = 4 ** (rows[number][5] >> 2 & 3)
-    red, green, blue, alpha = outputs("image", u, v, data=number, repeat=repeat)
+    *color, alpha = outputs("image", u, v, data=number, repeat=4 ** (rows[number][5] & 3))
+    red, green, blue = outputs("stored_color", *color, alpha, data=number % 4)
     return red * alpha, green * alpha, blue * alpha
 
 
