@@ -182,9 +182,9 @@ def emission(values, node, stack, weight):
     return [Closure("emission", weight * color)]
 
 
-def black(values, node, stack, weight):
-    """Background in a surface: Cycles draws nothing there."""
-    return []
+def background(values, node, stack, weight):
+    """Emission of a world; in a surface Cycles draws nothing there."""
+    return emission(values, node, stack, weight) if values.kind == "world" else []
 
 
 def as_diffuse(values, node, stack, weight):
@@ -204,7 +204,7 @@ SHADERS = {
     "ShaderNodeBsdfTransparent": transparent,
     "ShaderNodeBsdfPrincipled": principled,
     "ShaderNodeEmission": emission,
-    "ShaderNodeBackground": black,
+    "ShaderNodeBackground": background,
     "ShaderNodeBsdfTranslucent": translucent,
     "ShaderNodeBsdfVelvet": sheen,
     "ShaderNodeBsdfSheen": sheen,

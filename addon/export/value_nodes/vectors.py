@@ -116,14 +116,26 @@ def vector_rotate(values, node, socket, stack):
 
 def mapping(values, node, socket, stack):
     v, rotation, scale = (values.vector(node, stack, name) for name in ("Vector", "Rotation", "Scale"))
-    if node.vector_type == "NORMAL":
+    location = values.vector(node, stack, "Location") if node.vector_type in ("POINT", "TEXTURE") else None
+    return mapped(node.vector_type, v, location, rotation, scale)
+
+
+def mapped(kind: str, v, location, rotation, scale) -> np.ndarray:
+    """A vector as a Mapping node of a kind has it; `location` is that of points and textures."""
+    if kind == "NORMAL":
         return normalize(turn_euler(each(divide, v, scale), rotation))
-    if node.vector_type == "VECTOR":
+    if kind == "VECTOR":
         return turn_euler(v * scale, rotation)
-    location = values.vector(node, stack, "Location")
-    if node.vector_type == "TEXTURE":
+    if kind == "TEXTURE":
         return each(divide, turn_back(v - location, rotation), scale)
     return turn_euler(v * scale, rotation) + location
+
+
+def texture_mapped(v, m) -> np.ndarray:
+    """A vector through the mapping that each texture node holds, whose limits Cycles does not know."""
+    parts = {"NONE": 0.0, **dict(zip("XYZ", v, strict=True))}
+    chosen = triple(parts[m.mapping_x], parts[m.mapping_y], parts[m.mapping_z])
+    return mapped(m.vector_type, chosen, triple(*m.translation), triple(*m.rotation), triple(*m.scale))
 
 
 # ------------------------------------------------------------------ spaces

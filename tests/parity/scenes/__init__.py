@@ -5,6 +5,7 @@ import numpy as np
 from isophote.scene import Scene
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
+from tests.parity.scenes.pictures import pictures
 from tests.scenes import (
     CAMERA,
     DIFFUSE,
@@ -143,7 +144,7 @@ def rare_closures() -> Scene:
     """One ball for each closure that few scenes have, and stacks of layers, under a world."""
     b = Builder((24, 18))
     b.world = (0.8, 0.9, 1.0)
-    b.look((0, -9, 4), (0, 0, 0.5), 0.6)
+    b.look((0, -9, 4), (0, 0, 0.5), 0.6, lens=(0.1, 9.0, 5, 0.3, 1.4))
     b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
     rough = dict(roughness_x=0.5, roughness_y=0.2)
     common = dict(multiscatter=1, **rough)
@@ -179,7 +180,7 @@ def rare_closures() -> Scene:
 
 
 SCENES = {scene.__name__: scene for scene in (
-    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs)}
+    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs, pictures)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -190,4 +191,5 @@ SETTINGS = {
     "rare_closures": dict(seed=8),
     "conversions": dict(max_bounces=2),
     "inputs": dict(max_bounces=6),
+    "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
 }
