@@ -279,7 +279,7 @@ def test_groups_and_muted_nodes():
 def test_textures_are_named_and_the_socket_counts():
     def build(tree, output):
         shader = node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"], Color=(0.3, 0.2, 0.1))
-        node(tree, "ShaderNodeTexNoise", shader.inputs["Color"]).name = "Clouds"
+        node(tree, "ShaderNodeTexIES", shader.inputs["Color"]).name = "Clouds"
         node(tree, "ShaderNodeBevel", shader.inputs["Normal"])
     steps, notes, _ = exported(build)
     check(steps, ("diffuse", (0.3, 0.2, 0.1), {}))
