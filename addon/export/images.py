@@ -106,12 +106,14 @@ def encode_srgb(texels: np.ndarray) -> np.ndarray:
 
 def needed_channels(texels: np.ndarray) -> np.ndarray:
     """Without an alpha of 1, and one channel for grey."""
+    texels = opaque_without_alpha(texels)
+    grey = texels.shape[2] == 3 and all(np.array_equal(texels[:, :, 0], texels[:, :, k]) for k in (1, 2))
+    return np.ascontiguousarray(texels[:, :, :1] if grey else texels)
+
+
+def opaque_without_alpha(texels: np.ndarray) -> np.ndarray:
     one = 1.0 if texels.dtype.kind == "f" else np.iinfo(texels.dtype).max
-    if texels.shape[2] == 4 and (texels[:, :, 3] == one).all():
-        texels = texels[:, :, :3]
-    if texels.shape[2] == 3 and (texels == texels[:, :, :1]).all():
-        texels = texels[:, :, :1]
-    return np.ascontiguousarray(texels)
+    return texels[:, :, :3] if texels.shape[2] == 4 and (texels[:, :, 3] == one).all() else texels
 
 
 # ------------------------------------------------------------------ where pixels come from
@@ -128,7 +130,8 @@ def read_blender(image) -> np.ndarray:
     image.pixels.foreach_get(pixels)
     pixels = with_channels(pixels.reshape(height, width, image.channels))
     if not image.is_float:
-        pixels = np.rint(pixels * np.float32(255.0)).astype(np.uint8)
+        pixels *= np.float32(255.0)
+        pixels = opaque_without_alpha(np.rint(pixels, out=pixels).astype(np.uint8))
         if multiplied(image):
             pixels = times_alpha(pixels)
     if not loaded and not image.is_dirty:

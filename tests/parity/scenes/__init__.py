@@ -144,7 +144,7 @@ def rare_closures() -> Scene:
     """One ball for each closure that few scenes have, and stacks of layers, under a world."""
     b = Builder((24, 18))
     b.world = (0.8, 0.9, 1.0)
-    b.look((0, -9, 4), (0, 0, 0.5), 0.6)
+    b.look((0, -9, 4), (0, 0, 0.5), 0.6, lens=(0.1, 9.0, 5, 0.3, 1.4))
     b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
     rough = dict(roughness_x=0.5, roughness_y=0.2)
     common = dict(multiscatter=1, **rough)
