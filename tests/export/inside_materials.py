@@ -276,14 +276,14 @@ def test_groups_and_muted_nodes():
     assert not notes
 
 
-def test_textures_are_named_and_the_socket_counts():
+def test_unknown_nodes_are_named_and_the_socket_counts():
     def build(tree, output):
         shader = node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"], Color=(0.3, 0.2, 0.1))
-        node(tree, "ShaderNodeTexIES", shader.inputs["Color"]).name = "Clouds"
+        node(tree, "ShaderNodeTexIES", shader.inputs["Color"]).name = "Profile"
         node(tree, "ShaderNodeBevel", shader.inputs["Normal"])
     steps, notes, _ = exported(build)
     check(steps, ("diffuse", (0.3, 0.2, 0.1), {}))
-    for words in (("Clouds", "Color"), ("Bevel", "normal")):
+    for words in (("Profile", "Color"), ("Bevel", "normal")):
         assert any(all(word in what for word in words) for what in notes), notes
 
 

@@ -9,6 +9,7 @@ from ..images import MISSING, Unreadable, multiplied, read_picture, sequence_fra
 from ..lookups import IMAGE_DIVIDE_ALPHA
 from ..values import each, triple
 from .inputs import place, uv_of
+from .vectors import texture_mapped
 
 INTERPOLATIONS = {"Closest": 0, "Linear": 1, "Cubic": 2, "Smart": 2}  # IMAGE_ numbers of kernels/scene_records.h
 EXTENSIONS = {"REPEAT": 0, "EXTEND": 1, "MIRROR": 2, "CLIP": 3}
@@ -20,6 +21,7 @@ def image_texture(values, node, socket, stack):
         return None
     linked = values.is_linked(node, stack, "Vector")
     co = values.vector(node, stack, "Vector") if linked else uv_of(values)
+    co = texture_mapped(co, node.texture_mapping)
     if node.projection == "BOX":
         return box(values, node, socket, co)
     if node.projection in ("SPHERE", "TUBE"):
@@ -32,6 +34,7 @@ def environment_texture(values, node, socket, stack):
         return None
     linked = values.is_linked(node, stack, "Vector")
     co = values.vector(node, stack, "Vector") if linked else place(values)
+    co = texture_mapped(co, node.texture_mapping)
     operation = "sky_place" if node.projection == "EQUIRECTANGULAR" else "mirror_ball_place"
     return looked_up(values, node, socket, *outputs(operation, 2, *co))
 
@@ -65,7 +68,6 @@ def lookup_of(values, node) -> tuple[str, int, int]:
     image = node.image
     if image is None:
         raise Unreadable("it has no image")
-    note_mapping(values, node)
     interpolation = INTERPOLATIONS[node.interpolation]
     flags = interpolation << 2 | EXTENSIONS[getattr(node, "extension", "REPEAT")] << 4
     taps = 4 ** interpolation
@@ -91,12 +93,6 @@ def tile_table(values, image, flags: int) -> int:
     missing = values.lookups.missing_image()
     places = max(numbers, default=-1) + 1
     return values.lookups.table([places + 1, *(numbers.get(place, missing) for place in range(places)), missing])
-
-
-def note_mapping(values, node) -> None:
-    mapping = node.texture_mapping
-    if (tuple(mapping.translation), tuple(mapping.rotation), tuple(mapping.scale)) != ((0,) * 3, (0,) * 3, (1,) * 3):
-        values.note(f"{node.name}: its own texture mapping is not supported: left out")
 
 
 def outputs(name: str, count: int, *inputs, **data) -> list[Value]:

@@ -57,17 +57,24 @@ def uv_of(values, name: str = "", from_instancer: bool = False):
     return source("attribute", data=values.lookups.attribute("uv", name))
 
 
+def generated(values, from_instancer: bool = False):
+    """The place in the box of a mesh's texture space; in a world, the direction in which one looks."""
+    if values.lookups is None:
+        return None
+    if values.kind == "world":
+        return place(values)
+    if from_instancer:
+        return triple(*instance_columns(values, "generated", 3))
+    return source("attribute", data=values.lookups.attribute("generated"))
+
+
 def texture_coordinate(values, node, socket, stack):
     if values.lookups is None:
         return None
     if socket.name == "UV":
         return uv_of(values, "", node.from_instancer)
-    if socket.name == "Generated" and values.kind == "world":
-        return place(values)
     if socket.name == "Generated":
-        if node.from_instancer:
-            return triple(*instance_columns(values, "generated", 3))
-        return source("attribute", data=values.lookups.attribute("generated"))
+        return generated(values, node.from_instancer)
     if socket.name == "Normal":
         return source("to_object_normal", *values.surface_normal)
     if socket.name == "Object":

@@ -16,7 +16,7 @@ from isophote.values import ARITHMETIC, Number, Value, call1, clamp, maximum, mi
 from ... import compat
 from ..nodes import find_input
 from ..values import as_number, each, grey, triple
-from .inputs import source
+from .inputs import generated
 from .vectors import texture_mapped
 
 NOISE_KINDS = {"FBM": 0, "MULTIFRACTAL": 1, "HYBRID_MULTIFRACTAL": 2, "RIDGED_MULTIFRACTAL": 3, "HETERO_TERRAIN": 4}
@@ -29,13 +29,9 @@ BRICK_SHAPE = ("Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Heigh
 
 def coordinates(values, node, stack):
     """The vector that a texture is looked up at, generated coordinates where nothing is linked; None without those."""
-    if values.is_linked(node, stack, "Vector"):
-        vector = values.vector(node, stack, "Vector")
-    elif values.lookups is None:
-        return None
-    else:
-        vector = source("attribute", data=values.lookups.attribute("generated"))
-    return texture_mapped(vector, node.texture_mapping)
+    linked = values.is_linked(node, stack, "Vector")
+    vector = values.vector(node, stack, "Vector") if linked else generated(values)
+    return None if vector is None else texture_mapped(vector, node.texture_mapping)
 
 
 def point_of(values, node, stack, dimensions: str) -> tuple | None:
