@@ -161,6 +161,9 @@ def make(path):
     for projection in ("EQUIRECTANGULAR", "MIRROR_BALL"):
         picture.add(projection, hdr, coordinates="Normal", kind="ShaderNodeTexEnvironment", rounded=True,
                     projection=projection)
+    picture.add("own mapping", data)
+    mapping = bpy.data.materials["own mapping"].node_tree.nodes["Image Texture"].texture_mapping
+    mapping.translation, mapping.rotation, mapping.scale = (0.2, -0.1, 0.0), (0.0, 0.0, 0.5), (1.5, 0.7, 1.0)
     picture.add("environment of places", hdr, coordinates=None, kind="ShaderNodeTexEnvironment", rounded=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-from isophote.values import Value, call1, mix
+from isophote.values import mix
 
 from ..images import MISSING, Unreadable, multiplied, read_picture, sequence_frame
 from ..lookups import IMAGE_DIVIDE_ALPHA
-from ..values import each, triple
+from ..values import each, outputs, triple
 from .inputs import place, uv_of
 from .vectors import texture_mapped
 
@@ -20,12 +20,11 @@ def image_texture(values, node, socket, stack):
     if values.lookups is None:
         return None
     linked = values.is_linked(node, stack, "Vector")
-    co = values.vector(node, stack, "Vector") if linked else uv_of(values)
-    co = texture_mapped(co, node.texture_mapping)
+    co = texture_mapped(values.vector(node, stack, "Vector") if linked else uv_of(values), node.texture_mapping)
     if node.projection == "BOX":
         return box(values, node, socket, co)
     if node.projection in ("SPHERE", "TUBE"):
-        co = outputs("sphere_place" if node.projection == "SPHERE" else "tube_place", 2, *co)
+        co = outputs("sphere_place" if node.projection == "SPHERE" else "tube_place", *co)
     return looked_up(values, node, socket, *co[:2])
 
 
@@ -33,15 +32,14 @@ def environment_texture(values, node, socket, stack):
     if values.lookups is None:
         return None
     linked = values.is_linked(node, stack, "Vector")
-    co = values.vector(node, stack, "Vector") if linked else place(values)
-    co = texture_mapped(co, node.texture_mapping)
+    co = texture_mapped(values.vector(node, stack, "Vector") if linked else place(values), node.texture_mapping)
     operation = "sky_place" if node.projection == "EQUIRECTANGULAR" else "mirror_ball_place"
-    return looked_up(values, node, socket, *outputs(operation, 2, *co))
+    return looked_up(values, node, socket, *outputs(operation, *co))
 
 
 def box(values, node, socket, co):
     """The picture from three sides, weighted by the object's normal."""
-    *weights, x_forward, y_forward, z_forward = outputs("box_sides", 6, number=node.projection_blend)
+    *weights, x_forward, y_forward, z_forward = outputs("box_sides", number=node.projection_blend)
     x, y, z = co
     sides = [(mix(1.0 - y, y, x_forward), z), (mix(x, 1.0 - x, y_forward), z), (mix(y, 1.0 - y, z_forward), x)]
     total = 0.0
@@ -59,7 +57,7 @@ def looked_up(values, node, socket, u, v):
         values.note(f"{node.name}: {error}: rendered magenta")
         return 1.0 if socket.name == "Alpha" else triple(*MISSING)
     name, data, repeat = found
-    red, green, blue, alpha = outputs(name, 4, u, v, data=data, repeat=repeat)
+    red, green, blue, alpha = outputs(name, u, v, data=data, repeat=repeat)
     return alpha if socket.name == "Alpha" else triple(red, green, blue)
 
 
@@ -93,11 +91,6 @@ def tile_table(values, image, flags: int) -> int:
     missing = values.lookups.missing_image()
     places = max(numbers, default=-1) + 1
     return values.lookups.table([places + 1, *(numbers.get(place, missing) for place in range(places)), missing])
-
-
-def outputs(name: str, count: int, *inputs, **data) -> list[Value]:
-    call = call1(name, *inputs, **data).call
-    return [Value(call, k) for k in range(count)]
 
 
 NODES = {
