@@ -85,10 +85,20 @@ FN Brought see_world(Scene s, Params params, Path p) {
   return clamp_light(params, select3(hidden, zero3(), light), path_bounce(p) - 1);
 }
 
-/* What a path that leaves the scene takes away from the pixel's alpha. */
-FN real lost_alpha(Params params, Path p) {
+/* What a path takes away from the pixel's alpha where a share of it is lost: all where it leaves the scene. */
+FN real lost_alpha(Params params, Path p, real3 share) {
   int seen = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
-  return seen ? (p.red + p.green + p.blue) * REAL(0.33333334) : REAL(0.0);
+  return seen ? average3(path_throughput(p) * share) : REAL(0.0);
+}
+
+/* The share that holdouts take of a path. */
+FN real3 held_out(Scene s, Material m, const real *r) {
+  real3 share = zero3();
+  for (uint k = 0u; k < m.count; k++) {
+    Instruction i = s.instructions[m.first + k];
+    if (i.op == OP_HOLDOUT) share = share + closure_of(i, r).weight;
+  }
+  return share;
 }
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */

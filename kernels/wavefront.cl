@@ -220,7 +220,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   }
   if (h.instance == NONE) {
     add_result(results, stride, p.slot, see_world(s, params, p));
-    results[3u * stride + p.slot] -= lost_alpha(params, p);
+    results[3u * stride + p.slot] -= lost_alpha(params, p, splat3(REAL(1.0)));
     return r;
   }
   Surface at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
@@ -234,6 +234,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
 #undef X
   }
   if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h, registers));
+  if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
+    results[3u * stride + p.slot] -= lost_alpha(params, p, held_out(s, m, registers));
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h, registers);

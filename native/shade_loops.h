@@ -36,7 +36,7 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
     add_light(b, params, i, see_world(s, params, p));
-    b.alpha[p.slot] -= lost_alpha(params, p);
+    b.alpha[p.slot] -= lost_alpha(params, p, splat3(REAL(1.0)));
     b.alive[i] = 0;
   }
 }
@@ -392,6 +392,14 @@ static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
   }
 }
 
+static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    b.alpha[p.slot] -= lost_alpha(params, p, held_out(s, m, registers_at(b, i)));
+  }
+}
+
 static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
@@ -408,6 +416,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   run_values(b, s, m, g);
   if (params.aovs) shade_aovs(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
+  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
   if (g.last) {
     pass_last(b, params, m, g);
     return;

@@ -173,6 +173,10 @@ def transparent(values, node, stack, weight):
     return [Closure("transparent", weight * values.color(node, stack, "Color"))]
 
 
+def holdout(values, node, stack, weight):
+    return [Closure("holdout", as_triple(weight))]
+
+
 def emission(values, node, stack, weight):
     color = values.color(node, stack, "Color") * values.number(node, stack, "Strength")
     if not varies(color) and np.any(color < 0.0):
@@ -202,6 +206,7 @@ SHADERS = {
     "ShaderNodeBsdfTransparent": transparent,
     "ShaderNodeBsdfPrincipled": principled,
     "ShaderNodeEmission": emission,
+    "ShaderNodeHoldout": holdout,
     "ShaderNodeBackground": black,
     "ShaderNodeBsdfTranslucent": translucent,
     "ShaderNodeBsdfVelvet": sheen,
