@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import signal
+import sys
 import threading
 from contextlib import contextmanager
 
@@ -173,6 +175,51 @@ def uses_nodes(data) -> bool:
     if bpy.app.version >= (5, 0, 0) and not isinstance(data, bpy.types.Light):
         return True  # asking for use_nodes is deprecated there
     return bool(data.use_nodes)
+
+
+def noise_kind(node) -> tuple[str, bool]:
+    """The kind of a Noise Texture (a choice since 4.1), and whether it is scaled to [0, 1] (a choice since 4.0)."""
+    return getattr(node, "noise_type", "FBM"), getattr(node, "normalize", True)
+
+
+def most_noise_roughness() -> float:
+    """To what Cycles limits the roughness of fractal noise."""
+    return 1.0 if bpy.app.version < (4, 0, 0) else float("inf")
+
+
+def voronoi_cells_are_whole() -> bool:
+    """Whether Cycles hashes the cells of Voronoi Textures as whole numbers (since 5.0), which makes others of them."""
+    return bpy.app.version >= (5, 0, 0)
+
+
+def absolute_path(image) -> str:
+    """The path of an image's file, with tokens as they are."""
+    return bpy.path.abspath(image.filepath_raw, library=image.library).replace("\\", "/")
+
+
+def scene_linear_converter(space: str):
+    """A function that brings float32 (h, w, 3) from a colour space of Blender's configuration to scene-linear colours;
+    None where this Blender has no module for it (Debian's 3.4)."""
+    python = f"python{sys.version_info[0]}.{sys.version_info[1]}"
+    folder = bpy.utils.system_resource("PYTHON")  # where the bpy module does not look
+    bundled = os.path.join(folder, "lib", python, "site-packages")
+    sys.path.append(bundled)
+    try:
+        import PyOpenColorIO as ocio
+    except ImportError:
+        return None
+    finally:
+        sys.path.remove(bundled)
+    config = ocio.Config.CreateFromFile(os.path.join(bpy.utils.system_resource("DATAFILES"), "colormanagement",
+                                                     "config.ocio"))
+    processor = config.getProcessor(space, "scene_linear").getDefaultCPUProcessor()
+
+    def convert(colors: np.ndarray) -> np.ndarray:
+        made = np.array(colors, np.float32)
+        processor.applyRGB(made.reshape(-1, 3))
+        return made
+
+    return convert
 
 
 def bump_filter(node) -> float:

@@ -37,11 +37,13 @@ from isophote.validate import clean
 
 
 def generalised(prepared: Prepared) -> Prepared:
-    """The same scene for kernels that know everything; sampling lights stays out where there is none to draw."""
+    """The same scene for kernels that know everything; what the scene would have to have for it stays out."""
     n = numbers()
     features = sum(bit for name, bit in n.items() if name.startswith("FEATURE_"))
+    wanting = [n["FEATURE_WORLD"], n["FEATURE_WORLD_LIGHT"], n["FEATURE_SHINES"]]
     if not len(prepared.buffers["lights"]):
-        features &= ~n["FEATURE_LIGHTS"]
+        wanting.append(n["FEATURE_LIGHTS"])
+    features &= prepared.features | ~sum(wanting)
     world = prepared.buffers["world"].copy()
     world["features"] = features
     slots = prepared.buffers["slots"]

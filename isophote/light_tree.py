@@ -59,6 +59,7 @@ def leaf_clusters(lights: np.ndarray) -> np.ndarray:
     n = numbers()
     kind, radiance = lights["kind"], np.abs(lights["radiance"].astype(np.float64)) @ LUMINANCE
     is_sun, is_triangle = kind == n["LIGHT_SUN"], kind == n["LIGHT_TRIANGLE"]
+    is_world = kind == n["LIGHT_WORLD"]
     is_ball = (kind == n["LIGHT_POINT"]) | (kind == n["LIGHT_SPOT"])
     size_u, size_v = lights["size_u"].astype(np.float64), lights["size_v"].astype(np.float64)
     u, v = (lights[name].astype(np.float64) for name in ("u", "v"))
@@ -73,14 +74,15 @@ def leaf_clusters(lights: np.ndarray) -> np.ndarray:
     leaves["axis"] = lights["normal"]
     cos_cone = lights["spot_cos"].astype(np.float64)
     angle = np.where(kind == n["LIGHT_POINT"], np.pi, np.where(kind == n["LIGHT_SPOT"], np.arccos(cos_cone), 0.0))
-    leaves["angle"] = np.where(is_sun, size_u, angle)
-    leaves["edge"] = np.where(is_ball | is_sun, 0.0, np.pi / 2)
+    leaves["angle"] = np.where(is_world, np.pi, np.where(is_sun, size_u, angle))
+    leaves["edge"] = np.where(is_ball | is_sun | is_world, 0.0, np.pi / 2)
     # Of a ball: radiance times the disk that it shows; of a point or a sharp sun, what `radiance` holds already.
     disk = np.pi * size_u ** 2
     ball = np.where(size_u > 0, disk, 1.0)
     sun = np.where(size_u > 0, np.pi * np.sin(size_u) ** 2, 1.0)
-    leaves["intensity"] = radiance * np.where(is_ball, ball, np.where(is_sun, sun, lights["area"]))
-    leaves["two_sided"], leaves["distant"] = is_triangle, is_sun
+    distant = np.where(is_world, np.pi, sun)
+    leaves["intensity"] = radiance * np.where(is_ball, ball, np.where(is_sun | is_world, distant, lights["area"]))
+    leaves["two_sided"], leaves["distant"] = is_triangle, is_sun | is_world
     return leaves
 
 

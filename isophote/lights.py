@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from isophote.emission import mean_radiance
 from isophote.records import make_records, numbers
 from isophote.scene import Scene
 
@@ -93,11 +94,13 @@ def emitting_triangles(scene: Scene, emits: np.ndarray) -> tuple[np.ndarray, np.
     return tuple(np.concatenate(found, axis=1))
 
 
-def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
-    """Light records of all emissive triangles, each instance's its own, in the order of (instance, primitive)."""
+def triangle_lights(scene: Scene, materials: np.ndarray, buffers: dict[str, np.ndarray]) -> np.ndarray:
+    """Light records of all emissive triangles, each instance's its own, in the order of (instance, primitive).
+
+    Where a material's emission varies, radiance is a mean; `buffers` are what it takes to compute it.
+    """
     n = numbers()
-    constant = materials["flags"] & n["MATERIAL_EMISSION_VARIES"] == 0
-    instance, primitive, slot = emitting_triangles(scene, materials["emission"].any(1) & constant)
+    instance, primitive, slot = emitting_triangles(scene, materials["flags"] & n["MATERIAL_EMITS"] != 0)
     corners = scene.vertices[scene.triangles[primitive]].astype(np.float64)  # [N, 3, 3]
     matrix = scene.instance_to_world[instance].astype(np.float64)
     corners = sum(corners[:, :, axis, None] * matrix[:, None, :, axis] for axis in range(3)) + matrix[:, None, :, 3]
@@ -105,8 +108,19 @@ def triangle_lights(scene: Scene, materials: np.ndarray) -> np.ndarray:
     normal = np.cross(edges[:, 0], edges[:, 1])
     doubled = np.linalg.norm(normal, axis=1)
     kept = doubled > 0
+    normal /= np.where(kept, doubled, 1)[:, None]
+    own = materials[scene.slot_materials[slot]]
+    varies, radiance = own["flags"] & n["MATERIAL_EMISSION_VARIES"] != 0, own["emission"].astype(np.float64)
+    if varies.any():
+        radiance[varies] = mean_radiance(buffers, instance[varies], primitive[varies], normal[varies])
     return make_records(
         "Light", len(primitive), kind=n["LIGHT_TRIANGLE"], instance=instance, primitive=primitive,
-        visibility=scene.instance_visibility[instance], radiance=materials["emission"][scene.slot_materials[slot]],
-        position=corners[:, 0], u=edges[:, 0], v=edges[:, 1], normal=normal / np.where(kept, doubled, 1)[:, None],
-        area=doubled / 2)[kept]
+        visibility=scene.instance_visibility[instance], radiance=radiance, flags=varies * n["LIGHT_COMPUTED"],
+        position=corners[:, 0], u=edges[:, 0], v=edges[:, 1], normal=normal, area=doubled / 2)[kept]
+
+
+def world_light(mean: np.ndarray) -> np.ndarray:
+    """The Light record of a world with a mean radiance, f8 [3]."""
+    n = numbers()
+    return make_records("Light", 1, kind=n["LIGHT_WORLD"], flags=n["LIGHT_COMPUTED"], visibility=n["RAY_ALL"],
+                        instance=n["NONE"], primitive=n["NONE"], radiance=mean, normal=[[0.0, 0.0, 1.0]])

@@ -73,7 +73,7 @@ def with_frame(each: Instruction) -> Instruction:
     """Normal and tangent in registers that follow each other; who has a tangent has a normal."""
     if each.normal is None and each.tangent is None:
         return each
-    normal = each.normal or tuple(Value(call1("shading_normal").call, k) for k in range(3))
+    normal = each.normal or tuple(Value(call1("facing_normal").call, k) for k in range(3))
     return each._replace(normal=in_a_row(normal), tangent=each.tangent and in_a_row(each.tangent))
 
 
@@ -93,7 +93,7 @@ def row_of(each: Instruction, program: Program, reads: bool) -> tuple:
     if each.normal:
         flags |= n["INSTRUCTION_BUMPS"] | where(each.normal[0]) << 8 | each.softened * n["INSTRUCTION_SOFTENED"]
     if each.tangent:
-        flags |= where(each.tangent[0]) << 16
+        flags |= where(each.tangent[0]) + 1 << 16
     return each.op, flags, tuple(map(where, each.weight)), list(map(where, each.params))
 
 

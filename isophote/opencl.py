@@ -140,6 +140,7 @@ class OpenCLDevice:
         self.arrays: dict[str, np.ndarray] = {}  # what was copied into them and others hold anyway
         self.geometry = None
         self.wavefront: Wavefront | None = None
+        self.completes = False  # whether the kernels compute the radiance of lights
 
     def calling(self, function, *arguments, **named):
         """Call into OpenCL; its errors come out as DeviceError naming the device."""
@@ -169,6 +170,7 @@ class OpenCLDevice:
         self.check_room(prepared)
         self.copy_scene(prepared)
         self.wavefront = None
+        self.completes = bool(prepared.features & numbers()["FEATURE_SHINES"])
         options = build_options(self.device, self.settings, prepared)
         if group := shade_group(self.device, self.cl):
             options.append(f"-DSHADE_GROUP={group}")
@@ -230,7 +232,7 @@ class OpenCLDevice:
             return
         self.wavefront = None
         self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, [*self.scene.values()], paths,
-                                      aovs, self.settings.clamps)
+                                      aovs, self.settings.clamps, self.completes)
         self.memory["paths"] = 4 * sum(path_columns(aovs, self.settings.clamps).values()) * paths
 
     def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:

@@ -11,11 +11,12 @@ import numpy as np
 
 from isophote.geometry import Geometry, make_geometry
 from isophote.light_tree import make_light_tree, shining
-from isophote.lights import light_records, triangle_lights
+from isophote.lights import light_records, triangle_lights, world_light
 from isophote.materials import OPERATIONS, is_delta
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
+from isophote.world_map import make_world_map
 
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
@@ -74,27 +75,64 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     """
     started = time.perf_counter()
     geometry = make_geometry(scene, kept)
-    buffers = dict(geometry.buffers)
     materials, instructions = make_materials(scene)
-    lamps = shining(light_records(scene))
-    lights = np.concatenate([lamps, shining(triangle_lights(scene, materials))])
-    light_tree, light_depth = make_light_tree(lights)
-    features = find_features(scene, buffers, materials, lights, len(lamps))
-    buffers |= {
+    buffers = geometry.buffers | {
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
-        "steps": make_steps(scene), **lookup_buffers(scene),
-        "slot_materials": scene.slot_materials, "lights": lights, "light_tree": light_tree,
+        "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0,
-                              light_count=len(lights), lamp_count=len(lamps), light_depth=light_depth,
-                              features=features, attributes=scene.mesh_attributes.shape[1],
-                              instance_columns=scene.instance_values.shape[1],
-                              registers=registers_used(scene))}
-    buffers = {name: np.ascontiguousarray(buffers[name], dtype.base) for name, dtype in scene_buffers().items()
-               if name in buffers}
+        "world": make_world(scene)}
+    buffers["world"]["features"] = find_features(scene, buffers, materials)
+    buffers = as_kernels_have_them(buffers)
+    if len(scene.step_op) and not len(scene.instance_mesh):
+        buffers |= stand_ins(scene, buffers)
+    buffers |= as_kernels_have_them(make_lights(scene, buffers))
+    features = int(buffers["world"]["features"][0])
     closures = sum(1 << int(op) for op in np.unique(instructions["op"]))
     return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
                     tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+
+
+def stand_ins(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Zeros for a scene of spheres: what steps read of a mesh, to drop it again where they meet something else."""
+    counts = {"instances": 1, "indices": 3, "vertices": 1, "normals": 1, "instance_meshes": 1, "attribute_values": 1,
+              "mesh_attributes": scene.mesh_attributes.shape[1], "instance_values": scene.instance_values.shape[1]}
+    return {name: np.zeros((count, 3) if name in ("vertices", "normals") else count, buffers[name].dtype)
+            for name, count in counts.items()}
+
+
+def as_kernels_have_them(buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """In the order of kernels/scene_buffers.h, in its types."""
+    return {name: np.ascontiguousarray(buffers[name], dtype.base) for name, dtype in scene_buffers().items()
+            if name in buffers}
+
+
+def make_world(scene: Scene) -> np.ndarray:
+    """The world's record, without lights."""
+    material = scene.world_material[0] if len(scene.world_material) else numbers()["NONE"]
+    return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
+                        hidden=scene.world_hidden, attributes=scene.mesh_attributes.shape[1],
+                        instance_columns=scene.instance_values.shape[1],
+                        registers=registers_used(scene))
+
+
+def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """What it takes to draw lights: their records, lamps before triangles, their tree, the world's map and record.
+
+    `buffers` hold what programs of materials read.
+    """
+    lamps, cells = shining(light_records(scene)), np.zeros(0, np.float32)
+    hidden = int(scene.world_hidden) & numbers()["RAY_ALL"] & ~numbers()["RAY_CAMERA"]
+    world_map = None if hidden else make_world_map(scene, buffers)  # closures alone know what may see the world
+    world = buffers["world"].copy()
+    if world_map:
+        lamps = np.concatenate([lamps, world_light(world_map.mean)])
+        world["map_width"], world["map_height"] = world_map.width, world_map.height
+        cells = world_map.cumulated
+    lights = np.concatenate([lamps, shining(triangle_lights(scene, buffers["materials"], buffers))])
+    light_tree, world["light_depth"] = make_light_tree(lights)
+    world["light_count"], world["lamp_count"] = len(lights), len(lamps)
+    world["features"] |= light_features(lights, len(lamps))
+    return {"lights": lights, "light_tree": light_tree, "world_map": cells, "world": world}
 
 
 def make_camera(scene: Scene) -> np.ndarray:
@@ -104,7 +142,9 @@ def make_camera(scene: Scene) -> np.ndarray:
     return make_records(
         "Camera", 1, x=matrix[:, 0], y=matrix[:, 1], z=matrix[:, 2], position=matrix[:, 3], left=left, right=right,
         bottom=bottom, top=top, clip_start=scene.camera_clip[0], clip_end=scene.camera_clip[1],
-        kind=scene.camera_kind, width=scene.resolution[0], height=scene.resolution[1])
+        lens=scene.camera_lens[0], focus=scene.camera_lens[1], blades=scene.camera_lens[2],
+        blade_rotation=scene.camera_lens[3], lens_ratio=scene.camera_lens[4], kind=scene.camera_kind,
+        width=scene.resolution[0], height=scene.resolution[1])
 
 
 def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -185,9 +225,8 @@ def lookup_buffers(scene: Scene) -> dict[str, np.ndarray]:
                                         domain=a[:, :, 1].ravel(), components=a[:, :, 2].ravel()),
         "attribute_values": scene.attribute_values if len(scene.attribute_values) else np.zeros(a.size, np.float32),
         "instance_meshes": scene.instance_mesh if a.size else np.zeros(0, np.uint32),
-        "instance_values": scene.instance_values if len(scene.instance_values) else np.zeros(
-            scene.instance_values.shape[1], np.float32),
-        "images": make_records("Image", len(i), first=i[:, 0] // 4, width=i[:, 1], height=i[:, 2], channels=i[:, 3],
+        "instance_values": scene.instance_values,
+        "images": make_records("Image", len(i), first=i[:, 0], width=i[:, 1], height=i[:, 2], channels=i[:, 3],
                                texel=i[:, 4], flags=i[:, 5]),
         "texels": texels.view(np.uint32),
     }
@@ -222,8 +261,8 @@ def loaded_albedo_tables() -> np.ndarray:
     return np.concatenate([np.load(folder / f"{name}_tables.npy").ravel() for name in ("albedo", "sheen")])
 
 
-def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np.ndarray, lamps: int) -> int:
-    """Mask of FEATURE_ bits: what kernels for this scene must know."""
+def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
+    """Mask of FEATURE_ bits: what kernels for this scene must know, but for its lights."""
     n = numbers()
     visibility = [scene.instance_visibility, scene.sphere_visibility]
     uses = {
@@ -231,13 +270,25 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray, lights: np
         "FEATURE_SPHERES": len(buffers["spheres"]) > 0,
         "FEATURE_TRANSPARENT": (materials["flags"] & n["MATERIAL_TRANSPARENT"]).any(),
         "FEATURE_VISIBILITY": any((v & n["RAY_ALL"] != n["RAY_ALL"]).any() for v in visibility),
-        "FEATURE_LIGHTS": len(lights) > 0,
-        "FEATURE_LAMPS": len(lights[:lamps]) > 0,
-        "FEATURE_VISIBLE_LIGHTS": (lights[:lamps]["size_u"] > 0).any(),
         "FEATURE_SMOOTH": (buffers["instances"]["visibility"] & n["INSTANCE_SMOOTH"]).any(),
         "FEATURE_SLOTS": len(buffers["slots"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),
+        "FEATURE_LENS": scene.camera_lens[0] > 0,
         "FEATURE_VALUES": len(scene.step_op) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
+        "FEATURE_WORLD": len(scene.world_material) > 0,
+    }
+    return sum(n[name] for name, used in uses.items() if used)
+
+
+def light_features(lights: np.ndarray, lamps: int) -> int:
+    """Those of its lights, of which the first `lamps` are no triangles."""
+    n = numbers()
+    uses = {
+        "FEATURE_LIGHTS": len(lights) > 0,
+        "FEATURE_LAMPS": lamps > 0,
+        "FEATURE_VISIBLE_LIGHTS": (lights[:lamps]["size_u"] > 0).any(),
+        "FEATURE_WORLD_LIGHT": (lights["kind"] == n["LIGHT_WORLD"]).any(),
+        "FEATURE_SHINES": (lights["flags"] & n["LIGHT_COMPUTED"]).any(),
     }
     return sum(n[name] for name, used in uses.items() if used)

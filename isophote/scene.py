@@ -4,7 +4,7 @@ One table, FIELDS, names each array with its type, shape and meaning; saving, lo
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
 Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances of which values are known (I or 0), R
-numbers of each, G images, X bytes.
+numbers of each, G images, X bytes, W 0 or 1.
 """
 
 from __future__ import annotations
@@ -37,6 +37,8 @@ FIELDS: dict[str, Field] = {
     "camera_to_world": Field("f8", (3, 4), "rigid, relative to origin; looks along its -z"),
     "camera_window": Field("f8", (4,), "left, right, bottom, top at distance 1 (perspective) or in metres"),
     "camera_clip": Field("f8", (2,), "start and end, metres along -z"),
+    "camera_lens": Field("f8", (5,), "radius (0: a point), distance in focus, metres; blades (0: round), their "
+                                     "rotation in radians, height over width"),
     "vertices": Field("f4", ("V", 3), "object space"),
     "triangles": Field("u4", ("T", 3), "indices into vertices"),
     "triangle_slots": Field("u2", ("E",), "material slot of each triangle within its mesh; empty where all are 0"),
@@ -72,8 +74,8 @@ FIELDS: dict[str, Field] = {
                              zeros=True),
     "attribute_values": Field("f4", ("B",), "by mesh, attribute, element and component"),
     "instance_values": Field("f4", ("O", "R"), "what steps ask of each instance, a column each"),
-    "images": Field("i4", ("G", 6), "first byte of image_texels, width, height, channels, TEXEL_ kind, IMAGE_ flags"),
-    "image_texels": Field("u1", ("X",), "rows from the bottom up; each image begins at a multiple of 4"),
+    "images": Field("i4", ("G", 6), "first word of image_texels, width, height, channels, TEXEL_ kind, IMAGE_ flags"),
+    "image_texels": Field("u1", ("X",), "in words of four bytes; rows from the bottom up"),
     "light_kind": Field("i4", ("L",), "LIGHT_ numbers (kernels/scene_records.h)"),
     "light_to_world": Field("f8", ("L", 3, 4), "unit axes and place, relative to origin; shines along -z"),
     "light_strength": Field("f8", ("L", 3), "colour times power: W, W/m^2 for suns"),
@@ -82,6 +84,8 @@ FIELDS: dict[str, Field] = {
     "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK (kernels/scene_records.h)"),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
+    "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),
+    "world_hidden": Field("u4", (), "mask of RAY_ bits that do not see the world"),
 }
 
 

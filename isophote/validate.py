@@ -153,7 +153,7 @@ def camera_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "resolution", f"{width} x {height} pixels"))
     if not 0 <= scene.camera_kind < CAMERA_KINDS:
         problems.append(Problem("error", "camera", f"kind {int(scene.camera_kind)} is not known"))
-    for name in ("camera_to_world", "camera_window", "camera_clip", "origin"):
+    for name in ("camera_to_world", "camera_window", "camera_clip", "camera_lens", "origin"):
         if not np.isfinite(scene.arrays[name]).all():
             problems.append(Problem("error", "camera", f"{name} is not finite"))
     if problems:
@@ -162,6 +162,8 @@ def camera_problems(scene: Scene) -> list[Problem]:
     left, right, bottom, top = scene.camera_window
     if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-3:
         problems.append(Problem("error", "camera", "camera_to_world is not rigid"))
+    elif scene.camera_lens[0] > 0 and not (scene.camera_lens[[1, 4]] > 0).all():
+        problems.append(Problem("error", "camera", "its lens has no distance in focus, or no ratio"))
     elif not (right > left and top > bottom):
         problems.append(Problem("error", "camera", "its window is empty"))
     return problems
@@ -197,6 +199,7 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("instances", "instance_mesh", len(a["mesh_normals"]), "mesh")
     inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
+    inside("worlds", "world_material", len(a["material_first"]) - 1, "material")
     if problems:
         return problems
     counts = np.diff(a["mesh_triangles"].astype(np.int64))
@@ -291,11 +294,22 @@ def data_outside(scene: Scene) -> np.ndarray:
     for name, length in lengths.items():
         if name in operations():
             outside |= (scene.step_op == operations()[name].number) & (scene.step_data >= length)
+    for row in np.flatnonzero(scene.step_op == operations()["tiled_image"].number):
+        outside[row] = tiles_outside(scene, int(scene.step_data[row]))
     for name in ("table", "table_extended", "table_stepped"):
         end = scene.step_data + scene.step_number.astype(np.float64)
         fits = (scene.step_number >= 2.0) & (end <= len(scene.value_tables))
         outside |= (scene.step_op == operations()[name].number) & ~fits
     return outside
+
+
+def tiles_outside(scene: Scene, first: int) -> bool:
+    """Whether the numbers of a tiled image, from `first` on in value_tables, are not there or name no image."""
+    table = scene.value_tables[first:]
+    if not len(table) or not 1 <= table[0] < len(table):
+        return True
+    images = table[1:1 + int(table[0])]
+    return not ((images >= 0) & (images < len(scene.images))).all()
 
 
 def table_problems(scene: Scene) -> list[Problem]:
@@ -308,12 +322,12 @@ def table_problems(scene: Scene) -> list[Problem]:
     ends = a[:, :, 0] + a[:, :, 2] * np.take_along_axis(counts, np.minimum(a[:, :, 1], n["DOMAIN_CORNER"]), axis=1)
     for mesh in np.flatnonzero((~known | (ends > len(scene.attribute_values))).any(axis=1)):
         problems.append(Problem("error", scene.name_of("meshes", mesh), "an attribute's values lie outside the array"))
-    sizes = np.array([1, 2, 2, 4])
+    sizes = {n["TEXEL_BYTE"]: 1, n["TEXEL_SHORT"]: 2, n["TEXEL_HALF"]: 2, n["TEXEL_FLOAT"]: 4}
     i = scene.images.astype(np.int64)
-    fits = (i[:, 0] >= 0) & (i[:, 0] % 4 == 0) & (i[:, 1:3] > 0).all(axis=1) & (i[:, 3] >= 1) & (i[:, 3] <= 4)
-    fits &= (i[:, 4] >= 0) & (i[:, 4] < len(sizes))
-    end = i[:, 0] + i[:, 1] * i[:, 2] * i[:, 3] * sizes[np.clip(i[:, 4], 0, 3)]
-    for image in np.flatnonzero(~fits | (end > len(scene.image_texels))):
+    fits = (i[:, 0] >= 0) & (i[:, 1:3] > 0).all(axis=1) & np.isin(i[:, 3], (1, 3, 4))
+    size = np.array([sizes.get(kind, 0) for kind in i[:, 4].tolist()], np.int64)
+    end = 4 * i[:, 0] + i[:, 1] * i[:, 2] * i[:, 3] * size
+    for image in np.flatnonzero(~fits | (size == 0) | (end > len(scene.image_texels))):
         problems.append(Problem("error", scene.name_of("images", image), "its pixels lie outside the array"))
     if len(scene.instance_values) not in (0, len(scene.instance_mesh)):
         problems.append(Problem("error", "instances", "there is not one row of values for each"))
@@ -381,9 +395,11 @@ def light_problems(scene: Scene, bad: Bad) -> list[Problem]:
 
 def world_problems(scene: Scene) -> list[Problem]:
     problems = []
+    if len(scene.world_material) > 1:
+        problems.append(Problem("error", "world", f"{len(scene.world_material)} materials where there is room for one"))
     if not np.isfinite(scene.world_radiance).all():
         problems.append(Problem("error", "world", "its radiance is not finite"))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
-        dark = "" if scene.world_radiance.any() else ", and the world is black"
+        dark = "" if scene.world_radiance.any() or len(scene.world_material) else ", and the world is black"
         problems.append(Problem("warning", "scene", f"it is empty: only the world is rendered{dark}"))
     return problems

@@ -15,7 +15,7 @@ from isophote.records import numbers
 # Columns of 4 bytes a path, by buffer; `aovs` are as many as a picture's further passes want.
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
-KERNELS = ("generate", "extend", "shade", "connect", "accumulate")
+KERNELS = ("generate", "extend", "shade", "complete", "connect", "accumulate")
 GROUP = 64  # work-items of a group
 # Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
 # H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
@@ -42,12 +42,13 @@ def shade_group(device, cl) -> int:
 class Wavefront:
     """Room for `paths` paths, and the kernels of `program` with their arguments set once for all launches.
 
-    `cl` is the module pyopencl, `scene` the buffers in the order of kernels/scene_buffers.h. Errors are
-    those of pyopencl.
+    `cl` is the module pyopencl, `scene` the buffers in the order of kernels/scene_buffers.h. `completes`: the program
+    has the kernel of that name. Errors are those of pyopencl.
     """
 
-    def __init__(self, cl, queue, program, scene: list, paths: int, aovs: bool, clamps: bool = False):
-        self.cl, self.queue, self.paths, self.aovs = cl, queue, paths, aovs
+    def __init__(self, cl, queue, program, scene: list, paths: int, aovs: bool, clamps: bool = False,
+                 completes: bool = False):
+        self.cl, self.queue, self.paths, self.aovs, self.completes = cl, queue, paths, aovs, completes
         context, flags = queue.context, cl.mem_flags
         self.buffers = {name: cl.Buffer(context, flags.READ_WRITE, 4 * columns * paths)
                         for name, columns in path_columns(aovs, clamps).items()}
@@ -79,6 +80,8 @@ class Wavefront:
             ("connect", 0): (*scene, None, stride, *light, b["results"], self.limits, b["light_queue"], self.counts,
                                None),
             ("accumulate", 0): (None, stride, *result, None, None, None)}
+        if completes:
+            self.kernels["complete", 0] = (*scene, None, stride, *light, b["light_queue"], self.counts, None)
         for (name, parity), arguments in self.kernels.items():
             kernel = cl.Kernel(program, name)
             for at, argument in enumerate(arguments):
@@ -118,6 +121,8 @@ class Wavefront:
             parity, each = bounce % 2, self.rays_each if bounce else 1
             self.launch("extend", alive, params, u(bounce), parity=parity, each=each)
             self.launch("shade", alive, params, u(bounce), parity=parity)
+            if self.completes:
+                self.launch("complete", alive, params, u(bounce))
             self.launch("connect", alive, params, u(bounce), each=each)
             looks.append(self.cl.enqueue_copy(self.queue, self.left[bounce:bounce + 1], self.counts,
                                               src_offset=8 * (bounce + 1), is_blocking=False))

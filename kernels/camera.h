@@ -1,6 +1,7 @@
 /* From a point on the film to a ray. */
 #ifndef ISOPHOTE_CAMERA_H
 #define ISOPHOTE_CAMERA_H
+#include "disk.h"
 #include "ray.h"
 
 #define FILTER_STEPS 1024 /* the table has one entry more */
@@ -14,18 +15,33 @@ FN real sample_filter(GLOBAL const float *table, real u) {
   return a + (b - a) * (x - real_of(i));
 }
 
-/* The ray through film point (x, y), in pixels from the lower left of the full frame. */
-FN Ray make_camera_ray(Camera c, real x, real y) {
+FN int has_lens(Camera c) { return (SCENE_FEATURES & FEATURE_LENS) && c.lens > 0.0f; }
+
+/* A point of the lens, metres along the camera's x and y. */
+FN real2 sample_lens(Camera c, real2 u) {
+  real2 p = c.blades > 2 ? sample_polygon(c.blades, to_real(c.blade_rotation), u) : sample_disk(u);
+  real radius = to_real(c.lens);
+  return make_real2(p.x * radius / to_real(c.lens_ratio), p.y * radius);
+}
+
+/* The ray through film point (x, y), in pixels from the lower left of the full frame, and the lens' point. */
+FN Ray make_camera_ray(Camera c, real x, real y, real2 on_lens) {
   real px = to_real(c.left) + (to_real(c.right) - to_real(c.left)) * (x / real_of(c.width));
   real py = to_real(c.bottom) + (to_real(c.top) - to_real(c.bottom)) * (y / real_of(c.height));
   real3 ax = load3(c.x), ay = load3(c.y), az = load3(c.z);
   int perspective = c.kind == CAMERA_PERSPECTIVE;
   real3 on_window = ax * px + ay * py;
   real3 toward = select3(perspective, on_window - az, zero3() - az);
+  real3 lens = zero3();
+  if (has_lens(c)) { /* all rays of a film point meet where it is in focus */
+    lens = ax * on_lens.x + ay * on_lens.y;
+    toward = toward - lens * (REAL(1.0) / to_real(c.focus));
+  }
   real length = sqrt(dot3(toward, toward));
   real3 direction = toward * (REAL(1.0) / length);
   real start = to_real(c.clip_start) * length;
   real3 origin = load3(c.position) + select3(perspective, zero3(), on_window) + direction * start;
+  if (has_lens(c)) origin = origin + lens;
   Ray r = free_ray(origin, direction, REAL(0.0), to_real(c.clip_end) * length - start);
   r.kind = RAY_CAMERA;
   return r;

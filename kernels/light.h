@@ -2,9 +2,11 @@
 #ifndef ISOPHOTE_LIGHT_H
 #define ISOPHOTE_LIGHT_H
 #include "bsdf/bsdf.h"
+#include "disk.h"
 #include "light_tree.h"
 #include "spherical_triangle.h"
 #include "surface.h"
+#include "world.h"
 
 typedef struct {
   real3 direction; /* unit, from the shaded point */
@@ -29,17 +31,6 @@ FN real3 sample_cone(real3 axis, real size, real2 u) {
   Frame f = make_frame(axis);
   real2 phi = sin_cos_real(TWO_PI * u.y);
   return normalize3(f.x * (sine * phi.y) + f.y * (sine * phi.x) + axis * (REAL(1.0) - h));
-}
-
-/* Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square". */
-FN real2 sample_disk(real2 u) {
-  real a = REAL(2.0) * u.x - REAL(1.0), b = REAL(2.0) * u.y - REAL(1.0);
-  int wide = fabs(a) > fabs(b);
-  real r = wide ? a : b;
-  real ratio = wide ? b / a : a / (b != REAL(0.0) ? b : REAL(1.0));
-  real quarter = REAL(0.25) * PI * ratio;
-  real2 phi = sin_cos_real(wide ? quarter : REAL(0.5) * PI - quarter);
-  return make_real2(r * phi.y, r * phi.x);
 }
 
 /* A lamp's light as a function of direction: Blender's spot is 0 outside the cone, a smooth step towards its edge. */
@@ -112,6 +103,7 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   LightSample r;
   real3 center = load3(l.position), axis = load3(l.normal);
   real3 radiance = load3(l.radiance);
+  if (features & FEATURE_SHINES) radiance = select3((l.flags & LIGHT_COMPUTED) != 0u, splat3(REAL(1.0)), radiance);
   int lamps = (features & FEATURE_LAMPS) != 0u;
   int is_sun = lamps & (l.kind == LIGHT_SUN);
   int is_ball = lamps & ((l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT));
@@ -194,12 +186,25 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   return r;
 }
 
+/* A shadow ray that goes to the world skips this primitive of no instance. */
+#define TO_WORLD 0u
+FN int is_to_world(Ray ray) { return (ray.skip_instance == NONE) & (ray.skip_primitive == TO_WORLD); }
+
 /* Draws a point of the light at which a walk has arrived. The steps have stretched the number that they used:
  * `fine`, of its own, fills the digits that this has emptied. */
 FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fine, uint features) {
   real u_x = min_real(walk.u + fine * (REAL(5.9604644775390625e-8) / walk.chance), REAL(0.99999994));
   uint light = walk.at & ~CLUSTER_LIGHT; /* a single light is number 0, where walks start */
   LightSample r = sample_light(s.lights[light], p, make_real2(u_x, u_y), features);
+  if (features & FEATURE_WORLD_LIGHT) {
+    WorldSample w = sample_world(s, make_real2(u_x, u_y));
+    int is_world = s.lights[light].kind == LIGHT_WORLD;
+    r.direction = select3(is_world, w.direction, r.direction);
+    r.pdf = is_world ? w.pdf : r.pdf;
+    r.distance = is_world ? FAR_AWAY : r.distance;
+    r.can_be_hit = is_world | r.can_be_hit;
+    r.primitive = is_world ? TO_WORLD : r.primitive;
+  }
   r.pdf = r.pdf * walk.chance;
   return r;
 }

@@ -20,12 +20,14 @@
 #define FN_APART FN
 #define REGISTER_STRIDE 1u
 typedef float real;
+typedef float4 real4;
 typedef float3 real3;
 typedef float2 real2;
 #define REAL(x) x##f
 #define REAL_IS_DOUBLE 0
 #define make_real2(x, y) ((float2)(x, y))
 #define make_real3(x, y, z) ((float3)(x, y, z))
+#define make_real4(x, y, z, w) ((float4)(x, y, z, w))
 #define to_real(x) (x)
 #define to_float(x) (x)
 #define uint_of(x) ((uint)(x))
@@ -106,6 +108,19 @@ struct real3 {
     return *this;
   }
 };
+struct real4 {
+  real x, y, z, w;
+  real4() = default;
+  __attribute__((always_inline)) real4(real x_, real y_, real z_, real w_) : x(x_), y(y_), z(z_), w(w_) {}
+  __attribute__((always_inline)) real4(const real4 &o) : x(o.x), y(o.y), z(o.z), w(o.w) {}
+  __attribute__((always_inline)) real4 &operator=(const real4 &o) {
+    x = o.x;
+    y = o.y;
+    z = o.z;
+    w = o.w;
+    return *this;
+  }
+};
 #define to_real(x) ((real)(x))
 #define to_float(x) ((float)(x))
 #define uint_of(x) ((uint)(x))
@@ -113,6 +128,7 @@ struct real3 {
 #define real_of(x) ((real)(x))
 FN real2 make_real2(real x, real y) { return real2{x, y}; }
 FN real3 make_real3(real x, real y, real z) { return real3{x, y, z}; }
+FN real4 make_real4(real x, real y, real z, real w) { return real4{x, y, z, w}; }
 FN real2 operator+(real2 a, real2 b) { return real2{a.x + b.x, a.y + b.y}; }
 FN real2 operator-(real2 a, real2 b) { return real2{a.x - b.x, a.y - b.y}; }
 FN real2 operator*(real2 a, real s) { return real2{a.x * s, a.y * s}; }
@@ -123,6 +139,9 @@ FN real3 operator*(real3 a, real s) { return real3{a.x * s, a.y * s, a.z * s}; }
 FN real3 operator*(real s, real3 a) { return real3{s * a.x, s * a.y, s * a.z}; }
 FN real3 operator/(real3 a, real s) { return real3{a.x / s, a.y / s, a.z / s}; }
 FN real3 operator-(real3 a) { return real3{-a.x, -a.y, -a.z}; }
+FN real4 operator+(real4 a, real4 b) { return real4{a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w}; }
+FN real4 operator-(real4 a, real4 b) { return real4{a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w}; }
+FN real4 operator*(real4 a, real s) { return real4{a.x * s, a.y * s, a.z * s, a.w * s}; }
 FN uint bits_of_float(float x) { return __builtin_bit_cast(uint, x); }
 FN float float_of_bits(uint x) { return __builtin_bit_cast(float, x); }
 struct float4 {

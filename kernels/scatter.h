@@ -40,7 +40,7 @@ FN int has_own_frame(Instruction i) { return (SCENE_FEATURES & FEATURE_BUMP) && 
 FN Frame own_frame(Instruction i, const real *r) {
   real3 n = load_registers3(INSTRUCTION_NORMAL(i.flags), r);
   if (!INSTRUCTION_TANGENT(i.flags)) return make_frame(n);
-  return make_frame_along(n, load_registers3(INSTRUCTION_TANGENT(i.flags), r));
+  return make_frame_along(n, load_registers3(INSTRUCTION_TANGENT(i.flags) - 1u, r));
 }
 FN Frame frame_of(Instruction i, Surface at, const real *r) {
   return has_own_frame(i) ? own_frame(i, r) : make_frame(at.ns);

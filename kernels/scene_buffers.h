@@ -28,6 +28,7 @@
   X(uint, texels, "of the images, in words of four bytes")                                      \
   X(Light, lights, "lamps, then emissive triangles")                                           \
   X(LightCluster, light_tree, "pairs of clusters: picks a light")                              \
+  X(float, world_map, "cumulated chances of its rows, then of the columns of each; empty where it is not drawn") \
   X(float, filter_table, "inverse CDF of the pixel filter of width 1")                 \
   X(float, albedo_tables, "directional albedos of microfacet closures (bsdf/albedo.h)")
 

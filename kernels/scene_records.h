@@ -30,6 +30,10 @@
 #define FEATURE_SLOTS 512u     /* some triangle has another material slot than 0 */
 #define FEATURE_VALUES 1024u   /* some material computes values for each point */
 #define FEATURE_BUMP 2048u     /* some closure has a normal of its own */
+#define FEATURE_WORLD 4096u    /* the world's radiance is computed for each direction */
+#define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
+#define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
+#define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -42,6 +46,9 @@ typedef struct {
   packed3 x, y, z, position; /* axes of the camera in the world; it looks along -z */
   float left, right, bottom, top; /* window at distance 1 (perspective) or in metres (orthographic) */
   float clip_start, clip_end;
+  float lens, focus; /* radius of a thin lens, 0: a point; distance that it has in focus */
+  int blades; /* of its aperture, 0: round */
+  float blade_rotation, lens_ratio; /* radians; height over width */
   int kind;
   int width, height; /* of the full frame, pixels */
 } Camera;
@@ -80,7 +87,7 @@ typedef struct {
 } Sphere;
 
 typedef struct {
-  packed3 radiance; /* the same from all directions */
+  packed3 radiance; /* the same from all directions; where FEATURE_WORLD is set it counts for nothing */
   packed3 origin;   /* place of the scene's origin in Blender's world: for the Position pass */
   uint root;        /* reference to the tree, NONE where there is nothing to hit */
   uint light_count; /* lights to sample: lamps, then triangles */
@@ -90,6 +97,9 @@ typedef struct {
   uint registers;   /* that the materials' steps use */
   uint instance_columns; /* of instance_values, for each instance */
   uint features; /* FEATURE_ bits of the scene */
+  uint material; /* whose emission is the world's radiance, where FEATURE_WORLD is set */
+  uint hidden;   /* kinds of rays that do not see the world */
+  uint map_width, map_height; /* cells of world_map */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
@@ -130,7 +140,7 @@ typedef struct {
 #define INSTRUCTION_BUMPS 2u /* its normal is not the surface's */
 #define INSTRUCTION_SOFTENED 4u /* of a diffuse closure: the edge that the surface's normal casts on it is softened */
 #define INSTRUCTION_NORMAL(flags) (((flags) >> 8) & 255u) /* of one that varies: first of three registers */
-#define INSTRUCTION_TANGENT(flags) ((flags) >> 16)        /* likewise, of its frame's x axis; 0: any will do */
+#define INSTRUCTION_TANGENT(flags) ((flags) >> 16) /* likewise, plus 1, of its frame's x axis; 0: any will do */
 typedef struct {
   int op;
   uint flags;
@@ -164,24 +174,34 @@ typedef struct {
   uint components; /* 1 to 4 */
 } MeshAttribute;
 
-/* A picture; rows from the bottom up. */
-#define TEXEL_BYTE 0u  /* of so many channels each */
+/* A picture; rows from the bottom up. Those that share their texels differ in their flags. */
+#define TEXEL_FOLD(texel) ((texel) & 3u) /* a word holds 1 << this channels */
+#define TEXEL_NUMBER 4u /* a floating-point number, else a fraction */
+#define TEXEL_BYTE 2u
 #define TEXEL_SHORT 1u
-#define TEXEL_HALF 2u
-#define TEXEL_FLOAT 3u
-#define IMAGE_SRGB 1u  /* flags: stored by sRGB's curve */
-#define IMAGE_LINEAR 0u /* interpolation */
-#define IMAGE_CLOSEST 1u
+#define TEXEL_HALF 5u
+#define TEXEL_FLOAT 4u
+#define IMAGE_SRGB 1u /* flags: stored by sRGB's curve */
+#define IMAGE_DIVIDE_ALPHA 2u /* stored times alpha, wanted without */
+#define IMAGE_INTERPOLATION(flags) (((flags) >> 2) & 3u) /* 1 << this texels count in each direction */
+#define IMAGE_CLOSEST 0u
+#define IMAGE_LINEAR 1u
 #define IMAGE_CUBIC 2u
-#define IMAGE_REPEAT 0u /* extension */
+#define IMAGE_EXTENSION(flags) (((flags) >> 4) & 3u)
+#define IMAGE_ENDS 1u    /* bits of it: once, and not over and over */
+#define IMAGE_SPECIAL 2u /* every second one mirrored; nothing beyond the end */
+#define IMAGE_REPEAT 0u
 #define IMAGE_EXTEND 1u
-#define IMAGE_CLIP 2u
-#define IMAGE_MIRROR 3u
+#define IMAGE_MIRROR 2u
+#define IMAGE_CLIP 3u
 typedef struct {
   uint first; /* word of texels */
-  int width, height, channels;
+  int width, height, channels; /* 1, 3 or 4 channels */
   uint texel, flags;
 } Image;
+
+/* In a row of world_map: a power of 2, whose steps find one of them. */
+#define MOST_MAP_CELLS 4096u
 
 #define LIGHT_POINT 0    /* sphere of radius size.x; a true point where 0 */
 #define LIGHT_SPOT 1     /* the same, limited to a cone around -z */
@@ -189,9 +209,11 @@ typedef struct {
 #define LIGHT_RECTANGLE 3 /* size.x by size.y, shines along -z */
 #define LIGHT_ELLIPSE 4
 #define LIGHT_TRIANGLE 5 /* made from emissive triangles when the scene is prepared */
+#define LIGHT_WORLD 6    /* radiance: its mean */
 #define LIGHT_NO_SHADOW 1u
 #define LIGHT_NO_MIS 2u
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
+#define LIGHT_COMPUTED 8u /* radiance is an estimate; what counts is computed where the light is drawn (shine.h) */
 typedef struct {
   int kind;
   uint flags;

@@ -20,7 +20,9 @@ FN Path generate_path(Scene s, Params params, int column, int row, uint sample, 
   real fx = real_of(x) + REAL(0.5) + width * sample_filter(s.filter_table, u.x);
   real fy = real_of(y) + REAL(0.5) + width * sample_filter(s.filter_table, u.y);
   Path p;
-  p = with_ray(p, make_camera_ray(camera, fx, fy));
+  real2 on_lens = make_real2(REAL(0.0), REAL(0.0));
+  if (has_lens(camera)) on_lens = sample_lens(camera, sample_pair(seed, sample >> 1, PAIR_LENS));
+  p = with_ray(p, make_camera_ray(camera, fx, fy, on_lens));
   p = with_throughput(p, splat3(REAL(1.0)));
   p.pdf = REAL(0.0);
   p.slot = slot;
@@ -79,32 +81,41 @@ FN Brought see_lamp(Scene s, Params params, Light l, Path p, LightHit seen) {
 }
 
 /* Light from the world where nothing is hit; transparent film leaves it to the compositor. */
-FN Brought see_world(Scene s, Params params, Path p) {
-  real3 light = path_throughput(p) * load3(s.world[0].radiance);
+FN Brought see_world(Scene s, Params params, Path p, const real *r) {
+  World w = s.world[0];
+  real3 radiance = load3(w.radiance);
+  real weight = REAL(1.0);
+  if (SCENE_FEATURES & w.features & FEATURE_WORLD) radiance = material_emission(s.materials[w.material], r);
+  if ((SCENE_FEATURES & w.features & FEATURE_WORLD_LIGHT) && p.pdf > REAL(0.0)) {
+    Light as_light = s.lights[w.lamp_count - 1u];
+    real light_pdf = pdf_world(s, make_real3(p.dx, p.dy, p.dz)) * light_chance(s, as_light, path_receiver(p));
+    weight = mis_weight(p.pdf, light_pdf);
+  }
+  real3 light = path_throughput(p) * radiance * weight;
   int hidden = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
+  hidden = hidden | ((w.hidden & path_kind(p)) != 0u);
   return clamp_light(params, select3(hidden, zero3(), light), path_bounce(p) - 1);
 }
 
-/* What a path takes away from the pixel's alpha where a share of it is lost: all where it leaves the scene. */
-FN real lost_alpha(Params params, Path p, real3 share) {
+/* What a path that leaves the scene takes away from the pixel's alpha. */
+FN real lost_alpha(Params params, Path p) {
   int seen = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
-  return seen ? average3(path_throughput(p) * share) : REAL(0.0);
+  return seen ? (p.red + p.green + p.blue) * REAL(0.33333334) : REAL(0.0);
 }
 
-/* The share that holdouts take of a path. */
-FN real3 held_out(Scene s, Material m, const real *r) {
+/* What holdouts take of it. */
+FN real held_alpha(Scene s, Params params, Material m, Path p, const real *r) {
   real3 share = zero3();
   for (uint k = 0u; k < m.count; k++) {
     Instruction i = s.instructions[m.first + k];
     if (i.op == OP_HOLDOUT) share = share + closure_of(i, r).weight;
   }
-  return share;
+  return lost_alpha(params, with_throughput(p, path_throughput(p) * share));
 }
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */
 FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h, const real *r) {
-  int drawn = (m.flags & MATERIAL_EMISSION_VARIES) == 0u; /* the others are no lights */
-  int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE) & drawn;
+  int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);
   real light_pdf = REAL(0.0);
   if (compete) light_pdf = emission_pdf(s, h, path_receiver(p), make_real3(p.dx, p.dy, p.dz));
   real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);

@@ -6,6 +6,7 @@
  * The host defines SCENE_FEATURES, CLOSURES_USED and CLAMPS, so that what the scene lacks is not compiled.
  * limits[k] counts the paths of a pass that the k-th bounce limit has ended; behind are the 64-bit sums of passes. */
 #include "stages.h"
+#include "shine.h"
 
 #define SCENE_PARAMETERS \
   SCENE_BUFFERS(SCENE_PARAMETER) GLOBAL const Params *params_buffer
@@ -19,6 +20,7 @@
 #define HIT_PARAMETERS GLOBAL real *hit_reals, GLOBAL uint *hit_uints
 #define LIGHT_PARAMETERS GLOBAL real *light_reals, GLOBAL uint *light_uints
 #define RESULT_PARAMETERS GLOBAL real *results, GLOBAL real *aovs, GLOBAL uint *limits
+#define RESULT_ARGUMENTS results, aovs, limits
 #define QUEUE_PARAMETERS GLOBAL const uint *queue, GLOBAL uint *next_queue, GLOBAL uint *light_queue, GLOBAL uint *counts
 
 FN void store_hit(HIT_PARAMETERS, uint stride, uint i, Hit h) {
@@ -206,6 +208,11 @@ typedef struct {
   int alive, connected;
 } Shaded;
 
+FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
+  add_result(results, stride, p.slot, see_world(s, params, p, r));
+  results[3u * stride + p.slot] -= lost_alpha(params, p);
+}
+
 FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, uint stride) {
   Shaded r;
   r.path = p;
@@ -218,15 +225,25 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
       if (seen.hit) add_result(results, stride, p.slot, see_lamp(s, params, s.lights[l], p, seen));
     }
   }
-  if (h.instance == NONE) {
-    add_result(results, stride, p.slot, see_world(s, params, p));
-    results[3u * stride + p.slot] -= lost_alpha(params, p, splat3(REAL(1.0)));
+  real registers[REGISTERS];
+  Surface at;
+  int missed = h.instance == NONE;
+  if (missed) {
+    if (!(SCENE_FEATURES & FEATURE_WORLD)) {
+      miss_scene(s, params, p, RESULT_ARGUMENTS, stride, registers);
+      return r;
+    }
+    at = make_background(s, make_real3(p.dx, p.dy, p.dz));
+    h = background_hit(h.t);
+  } else {
+    at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
+  }
+  Material m = s.materials[at.material];
+  compute_values(s, m, m.steps, at, path_ray(p), h, p.bounces, uint_of(path_passed(p)), registers);
+  if (missed) {
+    miss_scene(s, params, p, RESULT_ARGUMENTS, stride, registers);
     return r;
   }
-  Surface at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
-  Material m = s.materials[at.material];
-  real registers[REGISTERS];
-  compute_values(s, m, m.steps, at, path_ray(p), h, p.bounces, uint_of(path_passed(p)), registers);
   if (params.aovs && shows_surface(p)) {
     Aovs a = make_aovs(s, m, at, p, registers);
 #define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + p.slot] = value;
@@ -235,7 +252,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   }
   if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h, registers));
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
-    results[3u * stride + p.slot] -= lost_alpha(params, p, held_out(s, m, registers));
+    results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h, registers);
@@ -291,6 +308,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     value = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction, registers);
   }
   if (lit) {
+    if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
     r.connection = connect_light(params, at, light, of_light, p);
     r.connected = !is_dark(r.connection.brought.light);
   }
@@ -342,6 +360,20 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   if (lives) next_queue[first_alive + at_alive] = i;
   if (connects) light_queue[first_connected + at_connected] = i;
 }
+
+#if SCENE_FEATURES & FEATURE_SHINES
+/* Before `connect`: completes the connections of a bounce. */
+__kernel void complete(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL const uint *light_queue,
+                       GLOBAL const uint *counts, uint bounce) {
+  MAKE_SCENE
+  uint k = get_global_id(0);
+  if (k >= counts[2u * bounce + 1u]) return;
+  uint i = light_queue[k];
+  real registers[REGISTERS];
+  Connection c = load_connection(light_reals, light_uints, stride, i);
+  store_connection(light_reals, light_uints, stride, i, shine(s, params, c, SCENE_FEATURES, registers));
+}
+#endif
 
 __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL real *results, GLOBAL uint *limits,
                       GLOBAL const uint *light_queue, GLOBAL const uint *counts, uint bounce) {

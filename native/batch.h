@@ -118,6 +118,20 @@ FN Surface load_surface(const Batch &b, uint i, uint material) {
   return s;
 }
 
+FN void store_surface(Batch &__restrict b, uint i, Surface at) {
+  b.px[i] = at.p.x;
+  b.py[i] = at.p.y;
+  b.pz[i] = at.p.z;
+  b.offset[i] = at.offset;
+  b.ngx[i] = at.ng.x;
+  b.ngy[i] = at.ng.y;
+  b.ngz[i] = at.ng.z;
+  b.nsx[i] = at.ns.x;
+  b.nsy[i] = at.ns.y;
+  b.nsz[i] = at.ns.z;
+  b.backfacing[i] = at.backfacing;
+}
+
 FN Point load_point(const Batch &b, Columns c, uint i) {
   Path p = load_path(c.reals, c.uints, CAPACITY, i);
   return make_point(load_surface(b, i, 0), path_ray(p), load_hit(b, i), p.bounces, uint_of(path_passed(p)));

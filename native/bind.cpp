@@ -13,6 +13,7 @@
 #include "../kernels/params.h"
 #include "../kernels/scene_buffers.h"
 #include "bvh_build.h"
+#include "emission.h"
 #include "fingerprint.h"
 #include "fold_value.h"
 #include "isophote_build.h"
@@ -263,6 +264,18 @@ void fold(int op, Doubles inputs, unsigned repeat, float number, MutableDoubles 
   fold_value(op, inputs.data(), unsigned(inputs.shape(0)), repeat, number, outputs.data(), unsigned(outputs.shape(0)));
 }
 
+void emission_of(const std::vector<Bytes> &buffers, nb::ndarray<const uint32_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu> ids,
+                 nb::ndarray<const float, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu> places,
+                 nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> directions, int threads,
+                 nb::ndarray<float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> radiance) {
+  size_t n = ids.shape(0);
+  if (places.shape(0) != n || directions.shape(0) != n || radiance.shape(0) != n)
+    throw std::invalid_argument("evaluate_emission: arrays of different lengths");
+  std::vector<const void *> scene = pointers(buffers);
+  nb::gil_scoped_release release;
+  evaluate_emission(scene.data(), ids.data(), places.data(), directions.data(), long(n), threads, radiance.data());
+}
+
 void triangles_of(const MeshArrays &meshes, Uints order, Bytes last, int threads, MutableBytes to) {
   LeafTriangles leaves = meshes.leaves(order, last);
   if (to.shape(0) != leaves.count * sizeof(Triangle)) throw std::invalid_argument("make_triangles: a record for each");
@@ -376,6 +389,8 @@ NB_MODULE(_native, m) {
   m.def("find_bad_triangles", &bad_triangles, nb::arg("vertices"), nb::arg("triangles"), nb::arg("threads"), nb::arg("bad"));
   m.def("find_mesh_boxes", &mesh_boxes, nb::arg("vertices"), nb::arg("triangles"), nb::arg("mesh_triangles"),
         nb::arg("threads"), nb::arg("boxes"));
+  m.def("evaluate_emission", &emission_of, nb::arg("buffers"), nb::arg("ids"), nb::arg("places"), nb::arg("directions"),
+        nb::arg("threads"), nb::arg("radiance"));
   m.def("fold_value", &fold, nb::arg("op"), nb::arg("inputs"), nb::arg("repeat"), nb::arg("number"), nb::arg("outputs"));
   m.def("add_listed", &add_listed_to, nb::arg("hi"), nb::arg("lo"), nb::arg("values"), nb::arg("pixels"));
   m.def("fingerprint", &fingerprint_of, nb::arg("bytes"), nb::arg("threads"));

@@ -5,28 +5,17 @@
  * constants are the same for all paths of the loop, which therefore vectorises. Compiled once for each
  * precision and instruction set, as ISOPHOTE_VARIANT. */
 #include <omp.h>
-#if defined(__SSE__)
-#include <immintrin.h>
-#endif
 
 #include <algorithm>
 #include <memory>
 #include <vector>
 
+#include "host_scene.h"
 #include "render.h"
 #include "shade_loops.h"
 
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
-
-/* Hosts set flush-to-zero in their threads; bits must not depend on it (MXCSR on x86). */
-struct FlushGuard {
-#if defined(__SSE__)
-  unsigned before = _mm_getcsr();
-  FlushGuard() { _mm_setcsr(before & ~0x8040u); }
-  ~FlushGuard() { _mm_setcsr(before); }
-#endif
-};
 
 /* ---------------------------------------------------------------- generate */
 
@@ -230,16 +219,6 @@ static void render_part(Batch &__restrict b, Scene s, Params params, const Part 
     }
     accumulate_batch(b, params, part, params.first_sample + done, samples, sums);
   }
-}
-
-static Scene make_scene(const void *const *pointers, const WideTree *tree) {
-  Scene s;
-  s.accelerator = tree;
-  int k = 0;
-#define X(type, name, comment) s.name = static_cast<const type *>(pointers[k++]);
-  SCENE_BUFFERS(X)
-#undef X
-  return s;
 }
 
 bool render(const void *const *scene, const WideTree *tree, const void *item, int threads, float *sums,

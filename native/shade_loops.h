@@ -31,12 +31,25 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
   }
 }
 
+static void make_backgrounds(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    Path p = path_at(columns, i);
+    store_surface(b, i, make_background(s, make_real3(p.dx, p.dy, p.dz)));
+    b.hit_instance[i] = background_hit(p.t_max).instance;
+  }
+}
+
 static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
+  if (s.world[0].features & FEATURE_WORLD) {
+    make_backgrounds(b, s, g);
+    run_values(b, s, s.materials[s.world[0].material], g);
+  }
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_world(s, params, p));
-    b.alpha[p.slot] -= lost_alpha(params, p, splat3(REAL(1.0)));
+    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)));
+    b.alpha[p.slot] -= lost_alpha(params, p);
     b.alive[i] = 0;
   }
 }
@@ -46,17 +59,7 @@ static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
     Surface at = make_surface(s, path_ray(path_at(columns, i)), load_hit(b, i), FEATURES);
-    b.px[i] = at.p.x;
-    b.py[i] = at.p.y;
-    b.pz[i] = at.p.z;
-    b.offset[i] = at.offset;
-    b.ngx[i] = at.ng.x;
-    b.ngy[i] = at.ng.y;
-    b.ngz[i] = at.ng.z;
-    b.nsx[i] = at.ns.x;
-    b.nsy[i] = at.ns.y;
-    b.nsz[i] = at.ns.z;
-    b.backfacing[i] = at.backfacing;
+    store_surface(b, i, at);
   }
 }
 
@@ -163,9 +166,9 @@ static Bound bind_instruction(const Batch &b, Instruction i) {
   bound.ny = column(normal + 1);
   bound.nz = column(normal + 2);
   if (tangent) {
-    bound.tx = column(tangent);
-    bound.ty = column(tangent + 1);
-    bound.tz = column(tangent + 2);
+    bound.tx = column(tangent - 1);
+    bound.ty = column(tangent);
+    bound.tz = column(tangent + 1);
   }
   return bound;
 }
@@ -365,6 +368,26 @@ static void connect_lights(Batch &__restrict b, Params params, Group g) {
   }
 }
 
+/* Completes the group's connections where their lights' radiance is computed. */
+static void shine_lights(Batch &__restrict b, Scene s, Params params, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Connection c;
+    c.brought.light = make_real3(b.cr[i], b.cg[i], b.cb[i]);
+    if (is_dark(c.brought.light)) continue;
+    Path p = path_at(columns, i);
+    c.brought.indirect = path_bounce(p) > 0;
+    c.passed = uint_of(path_passed(p));
+    c.bounces = p.bounces;
+    c.ray = light_ray(b, i);
+    c = shine(s, params, c, s.world[0].features, b.shadow_registers.data());
+    b.cr[i] = c.brought.light.x;
+    b.cg[i] = c.brought.light.y;
+    b.cb[i] = c.brought.light.z;
+    b.connection_cut[i] = c.brought.cut;
+  }
+}
+
 static void scatter_paths(Batch &__restrict b, Params params, Material m, Group g) {
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
@@ -396,7 +419,7 @@ static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    b.alpha[p.slot] -= lost_alpha(params, p, held_out(s, m, registers_at(b, i)));
+    b.alpha[p.slot] -= held_alpha(s, params, m, p, registers_at(b, i));
   }
 }
 
@@ -425,12 +448,16 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
     choose_lights(b, s, m, g);
-    if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
+    uint features = s.world[0].features;
+    if (features & FEATURE_WORLD_LIGHT) draw_lights<FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT>(b, s, g);
+    else if (features & FEATURE_SHINES) draw_lights<FEATURE_LAMPS | FEATURE_SHINES>(b, s, g);
+    else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz);
-    if (params.cut_plane) connect_lights<true>(b, params, g);
+    if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
     else connect_lights<false>(b, params, g);
-    connect_batch(b, s, params, g, s.world[0].features);
+    if (features & FEATURE_SHINES) shine_lights(b, s, params, g);
+    connect_batch(b, s, params, g, features);
   }
   sample_closures(b, s, m, g);
   evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz);

@@ -5,15 +5,16 @@
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
+FN Ray light_ray(const Batch &b, uint at) {
+  return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
+                    b.distance[at], b.light_instance[at], b.light_primitive[at]);
+}
+
 /* The shadow rays of a group's connections that bring light: their paths in key. */
 struct ShadowRays {
   Batch &b;
   Params params;
-  Ray ray(uint i) const {
-    uint at = b.key[i];
-    return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
-                      b.distance[at], b.light_instance[at], b.light_primitive[at]);
-  }
+  Ray ray(uint i) const { return light_ray(b, b.key[i]); }
   void store(uint i, const Hit &h) {
     uint at = b.key[i];
     if (h.instance == NONE) add_light(b, params, at, load_brought(b, params, at));

@@ -4,6 +4,7 @@
 #ifndef ISOPHOTE_REFERENCE
 #include "few_triangles.h"
 #endif
+#include "../kernels/shine.h"
 #include "../kernels/stages.h"
 #include "wide_tree.h"
 

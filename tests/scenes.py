@@ -122,11 +122,13 @@ class Builder:
     def __post_init__(self):
         self.look((0, 0, 0), (0, 0, -1))
 
-    def look(self, position, target, tangent=0.5, orthographic=False, clip=(1e-3, 1e4), up=(0, 0, 1)):
-        """The camera; `tangent` is half the frame's width at distance 1, or in metres for an orthographic one."""
+    def look(self, position, target, tangent=0.5, orthographic=False, clip=(1e-3, 1e4), up=(0, 0, 1),
+             lens=(0, 1, 0, 0, 1)):
+        """The camera; `tangent` is half the frame's width at distance 1, or in metres for an orthographic one. `lens`:
+        radius, distance in focus, blades, rotation, ratio."""
         tall = tangent * self.size[1] / self.size[0]
         self.camera = dict(camera_kind=int(orthographic), camera_to_world=look_at(position, target, up),
-                           camera_clip=clip, camera_window=(-tangent, tangent, -tall, tall))
+                           camera_clip=clip, camera_lens=lens, camera_window=(-tangent, tangent, -tall, tall))
 
     def material(self, instructions) -> int:
         self.materials.append(instructions)

@@ -14,7 +14,7 @@ from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
 from .light import join_lights
 from .notes import Notes
-from .world import world_radiance
+from .world import export_world
 
 __all__ = ["export_scene"]
 
@@ -53,7 +53,10 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         notes.add("scene", scene.name, "motion blur is not supported: left out")
     gatherer = Gatherer(depsgraph, origin, notes, meshes)
     gatherer.gather()
-    arrays |= {"origin": origin, "world_radiance": world_radiance(scene, notes)}
+    world = export_world(scene, notes, gatherer.lookups)
+    arrays |= {"origin": origin, "world_radiance": world.radiance, "world_hidden": world.hidden}
+    if world.program:
+        arrays["world_material"] = [gatherer.add_program(world.program, scene.world.name)]
     arrays |= meshes.join() | join_lights(gatherer.lamps)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()

@@ -26,8 +26,6 @@ def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarra
     data = camera.data
     if data.type not in KINDS:
         notes.add("camera", camera.name, f"{data.type.lower()} cameras are not supported: rendered as perspective")
-    if data.dof.use_dof:
-        notes.add("camera", camera.name, "depth of field is not supported: everything is in focus")
     matrix = np.array(camera.matrix_world, dtype=np.float64)
     axes = make_rigid(matrix, camera.name, notes)
     window = make_window(data, scene.render, resolution)
@@ -38,6 +36,7 @@ def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarra
         "camera_to_world": np.concatenate([axes, (matrix[:3, 3] - origin)[:, None]], axis=1),
         "camera_window": window,
         "camera_clip": np.array([data.clip_start, data.clip_end], dtype=np.float64),
+        "camera_lens": make_lens(data, matrix, axes),
     }
     return arrays, origin
 
@@ -78,6 +77,34 @@ def make_rigid(matrix: np.ndarray, name: str, notes) -> np.ndarray:
     x = x / np.sqrt(dot(x, x))
     up = np.cross(z, x)
     return np.stack([x, up if dot(up, y) >= 0.0 else -up, z], axis=1)
+
+
+def make_lens(data, matrix: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Radius, distance in focus, blades, rotation, ratio, f8 [5]; zeros where everything is in focus.
+
+    The f-number is the focal length over the lens' diameter; of an orthographic camera, as in Cycles, 1 m over it.
+    """
+    dof = data.dof
+    if not dof.use_dof:
+        return np.zeros(5)
+    focus = dof.focus_distance
+    if dof.focus_object is not None:
+        place = focus_place(dof)
+        focus = abs(float((axes[:, 2] * (place - matrix[:3, 3])).sum()))
+    length = 1.0 if data.type == "ORTHO" else 1e-3 * data.lens
+    radius = length / (2.0 * max(dof.aperture_fstop, 1e-5))
+    return np.array([radius, max(focus, 1e-5), dof.aperture_blades if dof.aperture_blades > 2 else 0,
+                     dof.aperture_rotation, max(dof.aperture_ratio, 1e-5)])
+
+
+def focus_place(dof) -> np.ndarray:
+    """Where the object lies, or its bone, that a camera has in focus, world, f8 [3]."""
+    ob = dof.focus_object
+    matrix = np.array(ob.matrix_world, dtype=np.float64)
+    bone = ob.pose.bones.get(dof.focus_subtarget) if ob.pose and dof.focus_subtarget else None
+    if bone is None:
+        return matrix[:3, 3]
+    return (matrix[:3, :3] * np.array(bone.matrix.translation)).sum(axis=1) + matrix[:3, 3]
 
 
 def make_window(data, render, resolution) -> np.ndarray:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from isophote.materials import Instruction, make_instruction
-from isophote.values import clamp, is_number, maximum, varies
+from isophote.values import clamp, maximum, varies
 
+from .anisotropy import is_stretched, tangent_of
 from .nodes import find_input
-from .value_nodes.normals import default_tangent
-from .values import Values, not_negative, saturate, source
+from .values import Values, not_negative, outputs, saturate, source
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
 ROUGH_FROM = 1e-5  # of diffuse reflection
@@ -96,15 +96,19 @@ def rgb(name: str, color) -> dict:
 
 def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure]:
     """The closures of a node, and the layers over them, with its normal where they have none."""
+    if find_input(node, "Normal") is None:  # mixes of other nodes' closures, and those without a direction
+        return closures
     normal, linked = normal_of(values, node, stack), values.is_linked(node, stack, "Normal")
     layers: dict[Layer, Layer] = {}
 
     def turned(each):
         made = each
         if normal is not None and not each.normal:  # that of a displacement is the surface's own for whoever asks
-            made = replace(each, normal=normal_for(each.operation, normal), softened=linked)
-        if each.operation.startswith("aniso_"):
-            made = replace(made, tangent=tangent_of(values, node, stack, made.normal))
+            own, seen = normal_for(each.operation, normal)
+            made = replace(each, weight=each.weight * seen, normal=own, softened=linked)
+        if is_stretched(each.params):
+            tangent = tangent_of(values, node, stack, made.normal)
+            made = replace(made, tangent=None if tangent is None else tuple(tangent))
         return made
 
     for each in closures:
@@ -112,11 +116,15 @@ def framed(closures: list[Closure], values: Values, node, stack) -> list[Closure
     return [replace(turned(each), layers=tuple(layers[layer] for layer in each.layers)) for each in closures]
 
 
-def normal_for(operation: str, normal) -> tuple | None:
-    """What mirrors or refracts needs a normal that its viewer sees."""
+def normal_for(operation: str, normal) -> tuple:
+    """(normal of a closure, factor of its weight): what mirrors or refracts needs one that its viewer sees, and does
+    nothing where there is none."""
     if operation in WITHOUT_NORMAL:
-        return None
-    return tuple(normal if operation in UNSEEN else source("visible_normal", *normal))
+        return None, 1.0
+    if operation in UNSEEN:
+        return tuple(normal), 1.0
+    *visible, seen = outputs("visible_normal", *normal)
+    return tuple(visible), seen
 
 
 def normal_of(values: Values, node, stack, *names: str):
@@ -129,19 +137,6 @@ def normal_of(values: Values, node, stack, *names: str):
     if not varies(normal) and not any(normal) or all(a == b for a, b in zip(normal, own, strict=True)):
         return None
     return source("unit_normal", *normal)
-
-
-def tangent_of(values: Values, node, stack, normal=None):
-    """The tangent along which an anisotropic closure's first roughness runs; None where the surface has none.
-
-    `normal` is that of the closure, None for the surface's own.
-    """
-    linked = values.is_linked(node, stack, "Tangent")
-    tangent = values.vector(node, stack, "Tangent") if linked else default_tangent(values)
-    rotation = values.number(node, stack, "Rotation", "Anisotropic Rotation")
-    if tangent is None or is_number(rotation, 0.0):
-        return tangent
-    return source("turned_tangent", *tangent, *(source("shading_normal") if normal is None else normal), rotation)
 
 
 def note_unless(values, node, stack, name, neutral, what) -> None:

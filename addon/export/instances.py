@@ -39,7 +39,7 @@ class Gatherer:
         self.depsgraph, self.origin, self.notes, self.meshes = depsgraph, origin, notes, meshes
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
-        self.lookups = Lookups(self.view_layer_value)
+        self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
@@ -140,6 +140,12 @@ class Gatherer:
             self.programs.append(material_program(material, self.notes, self.lookups))
             self.material_names.append("default" if material is None else material.name)
         return self._material_of[key]
+
+    def add_program(self, program: MaterialProgram, name: str) -> int:
+        """The number of a material that no object has."""
+        self.programs.append(program)
+        self.material_names.append(name)
+        return len(self.programs) - 1
 
     def attributes_of(self, ob) -> list[tuple]:
         """Keys of the attributes that an object's materials read."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .images import MISSING, Picture
+
+IMAGE_SRGB, IMAGE_DIVIDE_ALPHA = 1, 2  # flags of kernels/scene_records.h
 # Of the keys (kind, name) by which attributes are asked for.
 ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness")
 
@@ -12,13 +15,19 @@ ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "po
 class Lookups:
     """Numbers what materials ask for; collected while they are exported.
 
-    `view_layer_value(name)` is the value of a property of the view layer, the scene or the world, four numbers.
+    `frame` is the scene's; `view_layer_value(name)` is the value of a property of the view layer, the scene or the
+    world, four numbers.
     """
 
-    def __init__(self, view_layer_value):
-        self.view_layer_value = view_layer_value
+    def __init__(self, frame: int, view_layer_value):
+        self.frame, self.view_layer_value = frame, view_layer_value
         self.instance_columns: dict[tuple[str, str, int], int] = {}
         self.attributes: dict[tuple[str, str], int] = {}
+        self._images: dict[tuple, int] = {}  # by key and flags
+        self._rows: list[tuple] = []
+        self._pictures: dict[object, tuple[tuple, int]] = {}  # by key: the start of their rows, IMAGE_SRGB or 0
+        self._texels: list[np.ndarray] = []
+        self._words = 0
         self._tables: dict[bytes, int] = {}
         self._entries: list[np.ndarray] = []
         self._length = 0
@@ -43,6 +52,36 @@ class Lookups:
             self._length += len(entries)
         return self._tables[key]
 
+    def image(self, key, flags: int, read) -> int:
+        """The number of an image: the picture that `read` gives (images.Picture), kept once for each key, with IMAGE_
+        flags, of which IMAGE_SRGB comes from the picture. What `read` raises goes through."""
+        if key not in self._pictures:
+            self._pictures[key] = self.add_picture(read())
+        row, srgb = self._pictures[key]
+        if row[3] < 4:
+            flags &= ~IMAGE_DIVIDE_ALPHA  # no alpha to divide by
+        place = key, flags | srgb
+        if place not in self._images:
+            self._images[place] = len(self._rows)
+            self._rows.append((*row, flags | srgb))
+        return self._images[place]
+
+    def add_picture(self, picture) -> tuple[tuple, int]:
+        """Where its texels are: first word, width, height, channels, TEXEL_ kind; and its IMAGE_SRGB."""
+        height, width, channels = picture.texels.shape
+        plain = np.ascontiguousarray(picture.texels).reshape(-1).view(np.uint8)
+        words = -(-len(plain) // 4)
+        first, self._words = self._words, self._words + words
+        self._texels += [plain, np.zeros(4 * words - len(plain), np.uint8)]
+        return (first, width, height, channels, picture.kind), IMAGE_SRGB * picture.srgb
+
+    def missing_image(self) -> int:
+        """Stands for pictures that there are not."""
+        return self.image("missing", 0, lambda: Picture(np.array([[MISSING]], np.float16), False))
+
     def arrays(self) -> dict[str, np.ndarray]:
         """The scene's arrays."""
-        return {"value_tables": np.concatenate(self._entries)} if self._entries else {}
+        made = {"value_tables": np.concatenate(self._entries)} if self._entries else {}
+        if self._rows:
+            made |= {"images": np.array(self._rows, np.int32), "image_texels": np.concatenate(self._texels)}
+        return made

@@ -13,6 +13,7 @@ from isophote.material_program import MaterialProgram, make_material
 from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
 
 from .. import compat
+from .anisotropy import glossy_ratio, principled_ratio, stretched, two_roughnesses
 from .closures import (
     Closure,
     arrange,
@@ -124,12 +125,13 @@ PHONG_AND_BECKMANN = {"BECKMANN": "beckmann", "ASHIKHMIN_SHIRLEY": "ashikhmin_sh
 
 
 def glossy(values, node, stack, weight):
-    note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
-    color, rough = values.color(node, stack, "Color"), roughness(values, node, stack)
+    color, rough = values.color(node, stack, "Color"), {"roughness": roughness(values, node, stack)}
+    ratio = glossy_ratio(values, node, stack)
     other = PHONG_AND_BECKMANN.get(node.distribution)
     if other:
-        return [Closure(other, weight * color, {"roughness_x": rough, "roughness_y": rough})]
-    return [tinted("glossy", weight, color, {"roughness": rough, "multiscatter": multiscatter(values, node)})]
+        return [Closure(other, weight * color, two_roughnesses(rough, ratio))]
+    operation, params = stretched("glossy", rough | {"multiscatter": multiscatter(values, node)}, ratio)
+    return [tinted(operation, weight, color, params)]
 
 
 def tinted(operation, weight, color, params) -> Closure:
@@ -157,16 +159,16 @@ def glass(values, node, stack, weight):
 
 def metallic(values, node, stack, weight):
     """Metallic BSDF of 4.3 and newer."""
-    note_unless(values, node, stack, "Anisotropy", 0.0, "anisotropy is not supported: rendered isotropic")
     note_unless(values, node, stack, "Thin Film Thickness", 0.0, "thin film is not supported: left out")
+    ratio = principled_ratio(values, node, stack)
     params = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
     if node.fresnel_type == "F82":
         f0, f82 = values.color(node, stack, "Base Color"), values.color(node, stack, "Edge Tint")
-        params |= rgb("f0", saturate(f0)) | rgb("f82", saturate(f82))
-        return [Closure("metal", as_triple(weight), params)]
+        operation, params = stretched("metal", params | rgb("f0", saturate(f0)) | rgb("f82", saturate(f82)), ratio)
+        return [Closure(operation, as_triple(weight), params)]
     n, k = values.color(node, stack, "IOR"), values.color(node, stack, "Extinction")
-    params |= rgb("n", not_negative(n)) | rgb("k", not_negative(k))
-    return [Closure("conductor", as_triple(weight), params)]
+    operation, params = stretched("conductor", params | rgb("n", not_negative(n)) | rgb("k", not_negative(k)), ratio)
+    return [Closure(operation, as_triple(weight), params)]
 
 
 def transparent(values, node, stack, weight):
@@ -184,9 +186,9 @@ def emission(values, node, stack, weight):
     return [Closure("emission", weight * color)]
 
 
-def black(values, node, stack, weight):
-    """Background in a surface: Cycles draws nothing there."""
-    return []
+def background(values, node, stack, weight):
+    """Emission of a world; in a surface Cycles draws nothing there."""
+    return emission(values, node, stack, weight) if values.kind == "world" else []
 
 
 def as_diffuse(values, node, stack, weight):
@@ -207,7 +209,7 @@ SHADERS = {
     "ShaderNodeBsdfPrincipled": principled,
     "ShaderNodeEmission": emission,
     "ShaderNodeHoldout": holdout,
-    "ShaderNodeBackground": black,
+    "ShaderNodeBackground": background,
     "ShaderNodeBsdfTranslucent": translucent,
     "ShaderNodeBsdfVelvet": sheen,
     "ShaderNodeBsdfSheen": sheen,

@@ -14,6 +14,7 @@ import numpy as np
 
 from isophote.values import call1, clamp, is_number, maximum, minimum, mix, square_root, varies
 
+from .anisotropy import principled_ratio, stretched, two_roughnesses
 from .closures import (
     CUTOFF,
     Closure,
@@ -33,7 +34,6 @@ from .values import as_triple, each, grey, not_negative, source
 LEFT_OUT = {
     "Subsurface Weight": "subsurface scattering is not supported: rendered diffuse",
     "Subsurface": "subsurface scattering is not supported: rendered diffuse",
-    "Anisotropic": "anisotropy is not supported: rendered isotropic",
     "Transmission Roughness": "not supported (gone since Blender 4): Roughness is used",
 }
 
@@ -56,6 +56,7 @@ def principled(values, node, stack, weight) -> list[Closure]:
     alpha, metallic = unit("Alpha"), unit("Metallic")
     transmission = unit("Transmission Weight", "Transmission")
     rough = {"roughness": roughness(values, node, stack), "multiscatter": multiscatter(values, node)}
+    ratio = principled_ratio(values, node, stack)
 
     closures = [Closure("transparent", as_triple(weight * (1.0 - alpha)))]
     weight = weight * alpha
@@ -70,7 +71,8 @@ def principled(values, node, stack, weight) -> list[Closure]:
     closures.append(Closure("emission", weight * emitted))
     if matters(metallic):
         params = rough | rgb("f0", at_most_1(base)) | rgb("f82", at_most_1(tint))
-        closures.append(Closure("metal", as_triple(weight * metallic), params, above))
+        operation, params = stretched("metal", params, ratio)
+        closures.append(Closure(operation, as_triple(weight * metallic), params, above))
         weight = weight * (1.0 - metallic)
     film = thin_film(values, node, stack)
     if matters(transmission):
@@ -81,11 +83,13 @@ def principled(values, node, stack, weight) -> list[Closure]:
         weight = weight * (1.0 - transmission)
     eta = adjusted_ior(ior, level)
     if (film or not is_number(eta, 1.0)) and matters(weight):
-        operation, params = "specular", rough | {"ior": eta} | rgb("tint", tint)
+        layer, params = "layer_specular", rough | {"ior": eta} | rgb("tint", tint)
+        operation, own = stretched("specular", params, ratio)
         if film:
-            operation, params = "film_specular", two_roughnesses(params) | film
-        closures.append(Closure(operation, as_triple(weight), params, above))
-        above += (Layer(f"layer_{operation}", np.ones(3), params),)
+            operation, own = "film_specular", two_roughnesses(params, ratio) | film
+            layer, params = "layer_film_specular", own
+        closures.append(Closure(operation, as_triple(weight), own, above))
+        above += (Layer(layer, np.ones(3), params),)
     closures.append(diffuse_closure(weight, base, optional(values, node, stack, "Diffuse Roughness", 0.0), above))
     return closures
 
@@ -109,12 +113,6 @@ def thin_film(values, node, stack) -> dict:
     if not varies(thickness) and thickness <= THINNEST_FILM:
         return {}
     return {"thickness": thickness, "film_ior": maximum(values.number(node, stack, "Thin Film IOR"), 1e-5)}
-
-
-def two_roughnesses(params: dict) -> dict:
-    """A roughness as one along the tangent and one across it."""
-    others = {name: value for name, value in params.items() if name != "roughness"}
-    return others | {"roughness_x": params["roughness"], "roughness_y": params["roughness"]}
 
 
 def sheen(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
@@ -142,7 +140,8 @@ def coat(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
         weight, ior, tint = weight if linked else 0.25 * weight, 1.2 if linked else 1.5, grey(1.0)
     if not matters(weight):
         return None, ()
-    normal = coat_normal(values, node, stack)
+    normal, seen = coat_normal(values, node, stack)
+    weight = weight * seen
     params = {"roughness": rough, "multiscatter": 1.0, "ior": ior}
     layers = (Layer("layer_specular", grey(weight), params, normal),)
     if varies(tint) or (tint != 1.0).any():
@@ -150,12 +149,12 @@ def coat(values, node, stack) -> tuple[Closure | None, tuple[Layer, ...]]:
     return Closure("specular", grey(weight), params, normal=normal), layers
 
 
-def coat_normal(values, node, stack) -> tuple | None:
-    """The coat lies smooth over a bent normal below, unless it has its own."""
+def coat_normal(values, node, stack):
+    """As normal_for. The coat lies smooth over a bent normal below, unless it has its own."""
     normal = normal_of(values, node, stack, "Coat Normal", "Clearcoat Normal")
     if normal is None and normal_of(values, node, stack) is not None:
-        return tuple(source("shading_normal"))
-    return None if normal is None else normal_for("specular", normal)
+        return tuple(source("facing_normal")), 1.0
+    return (None, 1.0) if normal is None else normal_for("specular", normal)
 
 
 def specular_tint(values, node, stack, base) -> np.ndarray:

@@ -14,7 +14,7 @@
   X(244, tangent_space, 10, 3)   \
   X(245, blended_normal, 4, 3)   \
   X(246, bump, 8, 3)             \
-  X(247, visible_normal, 3, 3)   \
+  X(247, visible_normal, 3, 4)   \
   X(248, unit_normal, 3, 3)
 
 /* Fresnel's reflectance of an index of refraction, seen against a normal. */
@@ -83,6 +83,8 @@ VALUE(bump) {
 /* A normal for closures that mirror: bent towards the surface's own as far as it takes for the mirrored view to leave the
  * surface, by the angle that Cycles chooses (kernel/closure/bsdf_util.h, ensure_valid_specular_reflection).
  *
+ * The fourth output is 0 where the viewer is behind the normal all the same, and nothing is mirrored.
+ *
  * With z along ng and the normal (x, 0, z), the mirrored view leaves at cosine t if 2 (x vx + z vz) z - vz = t. Squared,
  * with x^2 = 1 - z^2, that is 4 a z^4 - 2 b z^2 + c = 0. */
 VALUE(visible_normal) {
@@ -98,7 +100,9 @@ VALUE(visible_normal) {
   real root = safe_sqrt(b * b - REAL(4.0) * a * c);
   real z2 = REAL(0.25) * (vx < REAL(0.0) ? b + root : b - root) / max_real(a, REAL(1e-20));
   real3 bent = x_axis * safe_sqrt(REAL(1.0) - z2) + at.ng * safe_sqrt(z2);
-  OUT3(0, face_viewer(select3(leaves < t, bent, n), view))
+  real3 made = select3(leaves < t, bent, n);
+  OUT3(0, face_viewer(made, view))
+  OUT(3) = dot3(made, view) > REAL(0.0) ? REAL(1.0) : REAL(0.0);
 }
 
 /* Unit, or the surface's own where it has no direction. */

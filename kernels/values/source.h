@@ -22,7 +22,8 @@
   X(13, instance_value, 0, 1) \
   X(14, object_location, 0, 3) \
   X(15, camera_point, 0, 3)   \
-  X(16, mirrored_view, 0, 3)
+  X(16, mirrored_view, 0, 3)  \
+  X(17, facing_normal, 0, 3)
 
 FN int is_mirrored(Scene s, Point at) {
   uint instance = at.instance == SPHERE_INSTANCE ? 0u : at.instance;
@@ -81,6 +82,8 @@ VALUE(camera_point) {
   Camera c = s.camera[0];
   OUT3(0, turned_to_camera(c, at.p - load3(c.position)))
 }
+/* What closures have where no node makes them another: the shading normal, bent to the viewer. */
+VALUE(facing_normal) { OUT3(0, at.ns) }
 /* Where a mirror would send the viewer's look. */
 VALUE(mirrored_view) { OUT3(0, at.direction - at.ns * (REAL(2.0) * dot3(at.direction, at.ns))) }
 

@@ -5,6 +5,7 @@
 #ifndef ISOPHOTE_VALUES_VALUES_H
 #define ISOPHOTE_VALUES_VALUES_H
 #include "attribute.h"
+#include "hash.h"
 #include "value.h"
 
 #ifndef VALUES_USED_0
@@ -39,10 +40,24 @@
 #else
 #define VALUES_COLOUR(X)
 #endif
+#if VALUES_USED_4
+#include "noise.h"
+#include "pattern.h"
+#else
+#define VALUES_NOISE(X)
+#define VALUES_PATTERN(X)
+#endif
+#if VALUES_USED_5
+#include "voronoi.h"
+#else
+#define VALUES_VORONOI(X)
+#endif
 #if VALUES_USED_6
+#include "image.h"
 #include "space.h"
 #include "table.h"
 #else
+#define VALUES_IMAGE(X)
 #define VALUES_SPACE(X)
 #define VALUES_TABLE(X)
 #endif
@@ -60,6 +75,10 @@
   VALUES_MATH(X) \
   VALUES_VECTOR_MATH(X) \
   VALUES_COLOUR(X) \
+  VALUES_NOISE(X) \
+  VALUES_PATTERN(X) \
+  VALUES_VORONOI(X) \
+  VALUES_IMAGE(X) \
   VALUES_SPACE(X) \
   VALUES_TABLE(X) \
   VALUES_GEOMETRY(X) \

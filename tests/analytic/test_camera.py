@@ -35,7 +35,7 @@ def test_points_appear_in_their_pixels(orthographic):
         point = MATRIX[:, :3] @ local + MATRIX[:, 3]
         np.testing.assert_allclose(on_film(point[None], orthographic)[0][0], pixel)
         b = camera(orthographic)
-        b.sphere(point, 0.02 * (1 if orthographic else depth), b.material(emission(1.0)))
+        b.sphere(point, 0.04 * (1 if orthographic else depth), b.material(emission(1.0)))
         seen = pixels(render(b.make(), 2048, filter_width=3.0))[..., 0]
         y, x = np.nonzero(seen)
         assert len(x) and np.abs(x + 0.5 - pixel[0]).max() < 3.9 and np.abs(y + 0.5 - pixel[1]).max() < 3.9
@@ -145,3 +145,32 @@ def test_filter_is_the_blackman_harris_window():
         low, high = (np.interp((offset - column + 4) / 1.5, x, mass, 0, 1) for offset in (-0.02, 0.02))
         sigma = np.sqrt((high - low) / (8192 * 8)) + 1e-9
         assert abs(seen[column] - (high - low)) < 5 * sigma + 0.01 * (high - low), column
+
+
+@pytest.mark.parametrize("orthographic", [False, True], ids=["perspective", "orthographic"])
+@pytest.mark.parametrize(("blades", "ratio"), [(0, 1.0), (0, 2.0), (6, 1.0), (4, 0.5)])
+def test_blur_of_a_lens(orthographic, blades, ratio):
+    """Second moments of a glowing point's picture, in focus and out of it: those of its circle of confusion.
+
+    A lens of radius r in focus at f shows a point at distance d spread over the lens' shape times r |1/f - 1/d| at
+    distance 1, or r |1 - d/f| where rays are parallel. The mean of x^2 is 1/4 over the unit disk, and
+    (2 + cos(2 pi / n)) / 12 over the regular polygon of n corners on the unit circle.
+    """
+    radius, focus, tangent = 0.2, 3.0, 0.5
+    unit = 0.25 if blades == 0 else (2 + np.cos(2 * np.pi / blades)) / 12
+
+    def moments(lens, distance):
+        b = Builder((32, 32))
+        b.look((0, 0, 0), (0, 0, -1), tangent, orthographic, up=(0, 1, 0), lens=lens)
+        b.sphere((0, 0, -distance), 0.04 * (1 if orthographic else distance), b.material(emission(1.0)))
+        seen = pixels(render(b.make(), 2048))[..., 0]
+        grid = np.arange(32) - 15.5
+        return np.array([(seen * grid ** 2).sum(), (seen * grid[:, None] ** 2).sum()]) / seen.sum()
+
+    sharp = moments((0, 0, 0, 0, 0), 4.0)
+    lens = (radius, focus, blades, 0.3, ratio)
+    np.testing.assert_allclose(moments(lens, focus), moments((0, 0, 0, 0, 0), focus), rtol=0.05)
+    for distance in (2.0, 4.5):
+        spread = radius * abs(1 - distance / focus) / (1 if orthographic else distance) * 16 / tangent
+        wanted = sharp + unit * spread ** 2 * np.array([ratio ** -2, 1])
+        np.testing.assert_allclose(moments(lens, distance), wanted, rtol=0.03)

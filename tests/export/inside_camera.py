@@ -91,9 +91,23 @@ def test_origin_stays_while_the_camera_moves_in_its_cell():
 def test_what_is_left_out_is_named():
     data = bpy.context.scene.camera.data
     data.type = "PANO"
-    data.dof.use_dof = True
-    notes = " ".join(notes_of(export(), "camera"))
-    assert "pano" in notes and "depth of field" in notes
+    assert "pano" in " ".join(notes_of(export(), "camera"))
+
+
+def test_lens():
+    camera = bpy.context.scene.camera
+    data, dof = camera.data, camera.data.dof
+    near(export().camera_lens, np.zeros(5))
+    dof.use_dof, data.lens, dof.aperture_fstop, dof.focus_distance = True, 50.0, 2.8, 3.0
+    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 5, 0.5, 2.0
+    near(export().camera_lens, (0.05 / 5.6, 3.0, 5, 0.5, 2.0))
+    camera.location, camera.rotation_euler, camera.scale = (0, 0, 5), (0, 0, 0), (2, 2, 2)
+    target = bpy.data.objects.new("target", None)
+    bpy.context.scene.collection.objects.link(target)
+    target.location, dof.focus_object, dof.aperture_blades = (7, 0, 1), target, 2
+    near(export().camera_lens, (0.05 / 5.6, 4.0, 0, 0.5, 2.0))
+    data.type = "ORTHO"
+    near(export().camera_lens[0], 1 / 5.6)
 
 
 run_all(sys.modules[__name__])

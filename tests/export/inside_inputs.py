@@ -6,7 +6,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 import bpy
 import numpy as np
-from common import add, cube, export, material, mesh, near, node, notes_of, run_all, square
+from common import add, cube, export, material, mesh, near, node, notes_of, program, run_all, square
 
 from addon.export.hashes import hash_pair, hash_text, to_unit
 from isophote.records import numbers
@@ -129,6 +129,22 @@ def test_bump_and_displacement_bend_normals():
         names = [operation_of(op) for op in scene.step_op.tolist()]
         assert names.count("bump") == 1 and names.count("footprint") == 1 and not notes_of(scene, "bumpy")
         bpy.data.objects.remove(bpy.data.objects[into])
+
+
+def test_mixed_shaders_keep_their_frames():
+    """Each closure has the normal of its own node, or the surface's, and tangents survive mixing."""
+    def build(tree, end):
+        mix = node(tree, "ShaderNodeMixShader", end.inputs["Surface"])
+        shiny = node(tree, "ShaderNodeBsdfPrincipled", mix.inputs[1], Metallic=1.0, Anisotropic=0.5)
+        node(tree, "ShaderNodeBsdfDiffuse", mix.inputs[2])
+        tree.links.new(node(tree, "ShaderNodeNormalMap").outputs[0], shiny.inputs["Normal"])
+    add("mixed", square(materials=(material("mixed", build),)))
+    scene = export()
+    names = [name for name, *_ in program(scene, "mixed")]
+    flags = dict(zip(names, scene.instruction_flags.tolist(), strict=True))
+    bumps = numbers()["INSTRUCTION_BUMPS"]
+    assert flags["aniso_metal"] & bumps and flags["aniso_metal"] >> 16
+    assert not flags["diffuse"] & bumps and not flags["diffuse"] >> 16
 
 
 def test_true_displacement_is_named():

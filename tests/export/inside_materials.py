@@ -229,8 +229,8 @@ def test_principled_film():
 
 
 def test_principled_leaves_out_by_name():
-    _, notes = principled(**{"Subsurface" if V1 else "Subsurface_Weight": 1.0, "Anisotropic": 0.3})
-    assert any("subsurface" in what for what in notes) and any("anisotropy" in what for what in notes)
+    _, notes = principled(**{"Subsurface" if V1 else "Subsurface_Weight": 1.0})
+    assert any("subsurface" in what for what in notes)
     bpy.data.materials.remove(bpy.data.materials["tested"])
     _, notes = principled(**{"Clearcoat" if V1 else "Coat_Weight": 1.0, PRINCIPLED["emission"]: (1.0, 1.0, 1.0),
                              "Emission_Strength": 1.0})
@@ -286,12 +286,22 @@ def test_textures_are_named_and_the_socket_counts():
     def build(tree, output):
         shader = node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"], Color=(0.3, 0.2, 0.1))
         node(tree, "ShaderNodeTexNoise", shader.inputs["Color"]).name = "Clouds"
-        node(tree, "ShaderNodeBump", shader.inputs["Normal"])
-        node(tree, "ShaderNodeDisplacement", output.inputs["Displacement"])
+        node(tree, "ShaderNodeBevel", shader.inputs["Normal"])
     steps, notes, _ = exported(build)
     check(steps, ("diffuse", (0.3, 0.2, 0.1), {}))
-    for words in (("Clouds", "Color"), ("Bump", "Normal"), ("displacement",)):
+    for words in (("Clouds", "Color"), ("Bevel", "normal")):
         assert any(all(word in what for word in words) for what in notes), notes
+
+
+def test_anisotropy_runs_along_a_tangent():
+    """Of a constant amount, the larger roughness first; the tangent is a value, and so are then the parameters."""
+    steps, notes, scene = exported(lambda tree, output: node(
+        tree, "ShaderNodeBsdfPrincipled", output.inputs["Surface"], Metallic=1.0, Anisotropic=0.6, Roughness=0.4))
+    assert [s[0] for s in steps] == ["aniso_metal"] and not notes
+    flags, constants = int(scene.instruction_flags[0]), dict(zip(scene.step_to, scene.step_number, strict=True))
+    assert flags >> 16 and flags >> 8 & 255
+    aspect = (1.0 - 0.9 * 0.6) ** 0.25
+    near([constants[int(steps[0][2][name])] for name in ("roughness_x", "roughness_y")], [0.4 / aspect, 0.4 * aspect])
 
 
 def test_two_stacks_begin_anew():

@@ -12,7 +12,7 @@ from tests.scenes import Builder, pixels, place, program, quad, render
 
 SIZE = 8
 ACROSS = (np.arange(SIZE) - 3.5) / 4
-UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+UP = (0.0, 0.0, 1.0)
 
 
 def outputs(name, *inputs, **data):
@@ -67,10 +67,15 @@ def test_what_is_evaluated_beside_the_point_is_the_same_place(mirror):
 def test_mirrored_view_leaves_the_surface(angle):
     """Steep normals are bent just so far that the mirrored view leaves at a cosine of 0.01."""
     normal = (np.sin(angle), 0.0, np.cos(angle))
-    bent = seen(outputs("visible_normal", *normal))
+    bent = seen(outputs("visible_normal", *normal)[:3])
     leaves = 2.0 * bent[..., 2] ** 2 - 1.0  # the viewer stands along z
     assert_everywhere(np.linalg.norm(bent, axis=-1), 1.0, 1e-6)
     assert_everywhere(leaves, max(np.cos(2.0 * angle), 0.01), 1e-5)
+
+
+def test_nothing_is_mirrored_by_the_back_of_a_normal():
+    values = [outputs("visible_normal", *normal)[3] for normal in ((0.6, 0.0, 0.8), (0.6, 0.0, 0.01), (0.6, 0.0, -0.8))]
+    assert_everywhere(seen(values), (1.0, 1.0, 0.0))
 
 
 @pytest.mark.parametrize("strength, distance", [(1.0, 0.5), (0.4, 2.0), (1.7, -0.5), (0.0, 1.0)])
@@ -111,14 +116,17 @@ def test_rewritten_expressions_see_the_other_place():
 @pytest.mark.parametrize("space", [UP, (0.3, -0.5, 0.4)])
 @pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (2, 1, 1)])
 def test_vectors_along_tangents(space, scale):
-    """Turned to the world as normals are; the tangent is the object's x axis."""
+    """Turned to the world as normals are; the tangent is the object's x axis, and fronts stay fronts if mirrored."""
     normal = outputs("smooth_normal")
     picture = seen(outputs("tangent_space", *space, 1.0, 0.0, 0.0, 1.0, *normal), place(scale=scale))
-    mirrored = np.linalg.det(np.diag(scale)) < 0  # its front looks down, and we see its back
-    front = np.array(DOWN if mirrored else UP)
-    wanted = unit(np.array([1.0, 0, 0]) * space[0] + np.cross(front, [1.0, 0, 0]) * space[1] + front * space[2])
-    wanted = unit(wanted / np.array(scale)) * (-1.0 if mirrored else 1.0)
-    assert_everywhere(picture, wanted, 1e-5)
+    assert_everywhere(picture, unit(np.array(space) / np.array(scale)), 1e-5)
+
+
+def test_backs_turn_normals_to_the_viewer():
+    turned = place(scale=(1, 1, 1)) @ np.diag([1.0, -1.0, -1.0, 1.0])
+    normal = outputs("tangent_space", 0.3, -0.5, 0.4, 1.0, 0.0, 0.0, 1.0, *outputs("smooth_normal"))
+    assert_everywhere(seen(normal, turned), -unit((0.3, 0.5, -0.4)), 1e-6)
+    assert_everywhere(seen(outputs("blended_normal", 0.6, 0.0, -0.8, 1.0), turned), (-0.6, 0.0, 0.8), 1e-6)
 
 
 def test_no_tangent_leaves_the_normal():
@@ -162,3 +170,16 @@ def test_window_and_camera():
     np.testing.assert_allclose(window[..., 0], np.broadcast_to((ACROSS + 1.0) / 2.0, (SIZE, SIZE)), atol=1e-3)
     np.testing.assert_allclose(window[..., 1], np.broadcast_to((ACROSS[:, None] + 1.0) / 2.0, (SIZE, SIZE)), atol=1e-3)
     assert_everywhere(seen(outputs("camera_point"))[..., 2], 3.0)
+
+
+def test_spheres_have_no_mesh():
+    """Inputs of meshes and instances are 0 on an analytic sphere, its normals are its own; no mesh need be there."""
+    builder = Builder(size=(SIZE, SIZE))
+    builder.look((0, 0, 3), (0, 0, 0), tangent=0.5, orthographic=True, up=(0, 1, 0))
+    nothing = [*outputs("barycentric"), call1("wireframe", 9.0), *outputs("footprint")[6:], *outputs("object_location")]
+    up = [outputs("smooth_normal")[2], outputs("to_object_normal", *outputs("true_normal"))[2]]
+    builder.sphere((0, 0, 0), 1.0, builder.material(program(("emission", [sum(nothing), *up]))))
+    picture = pixels(render(builder.make(), 4, filter_width=0.001))[..., :3]
+    heights = np.sqrt(1.0 - (ACROSS / 2)[:, None] ** 2 - (ACROSS / 2) ** 2)
+    assert_everywhere(picture[..., 0], 0.0)
+    np.testing.assert_allclose(picture[..., 1:], np.stack([heights, heights], axis=-1), atol=1e-3)

@@ -121,6 +121,15 @@ def test_several_transparent_closures_become_one():
     np.testing.assert_allclose(registers[list(made.instructions[1][2])], (0.75, 2.5, 3.5))
 
 
+def test_a_tangent_may_lie_in_the_first_registers():
+    x, y, z = position()
+    along = ARITHMETIC.call("frame_tangent", (x, y, z))
+    made = make_material([make_instruction("diffuse", (x * y, y, z), None, along)])
+    flags, tangent = made.instructions[0][1], operations()["frame_tangent"].number
+    place = next(to for op, to, *_ in made.steps if op == tangent)
+    assert flags >> 16 == place + 1
+
+
 # ------------------------------------------------------------------ in pictures
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from isophote.values import operations
 from tests.conftest import missing
 
 ROOT = Path(__file__).parents[2]
@@ -59,6 +60,12 @@ def remarks(level: int) -> str:
 
 
 def listed(name: str) -> int:
+    """How many loops a list gives for each that is marked: its entries, of kernels/bsdf/bsdf.h twice, for parameters
+    that are constant and for those that vary."""
+    return len(operations()) if name == "VALUES" else 2 * entries(name)
+
+
+def entries(name: str) -> int:
     """Entries of one of the lists in kernels/bsdf/bsdf.h."""
     text = (ROOT / "kernels" / "bsdf" / "bsdf.h").read_text()
     body = re.search(rf"#define {name}\(X\)((?:.*\\\n)*.*)", text).group(1)
@@ -68,7 +75,7 @@ def listed(name: str) -> int:
 def marked_loops() -> dict[tuple[str, int], int]:
     """(file, line) -> how many loops start there; those inside a macro start where it is expanded."""
     found: dict[tuple[str, int], int] = Counter()
-    for path in (NATIVE / "shade_loops.h", NATIVE / "openmp_loops.cpp"):
+    for path in (NATIVE / "shade_loops.h", NATIVE / "value_loops.h", NATIVE / "openmp_loops.cpp"):
         lines, macro, inside = path.read_text().splitlines(), None, Counter()
         for number, line in enumerate(lines, 1):
             if defined := re.match(r"\s*#define (\w+)\(", line):
@@ -78,7 +85,7 @@ def marked_loops() -> dict[tuple[str, int], int]:
                     inside[macro] += 1
                 else:
                     found[path.name, number] += 1
-            if expanded := re.match(r"(CLOSURES|LAYERS)\((\w+)\)", line):
+            if expanded := re.match(r"(CLOSURES|LAYERS|VALUES)\((\w+)\)", line):
                 found[path.name, number] += inside[expanded.group(2)] * listed(expanded.group(1))
             if macro and not line.endswith("\\"):
                 macro = None
@@ -87,8 +94,8 @@ def marked_loops() -> dict[tuple[str, int], int]:
 
 def test_there_are_loops():
     loops = marked_loops()
-    assert listed("CLOSURES") >= 8 and listed("LAYERS") >= 1
-    assert sum(loops.values()) >= 3 * listed("CLOSURES") + listed("LAYERS") + 10
+    assert entries("CLOSURES") >= 8 and entries("LAYERS") >= 1 and listed("VALUES") >= 60
+    assert sum(loops.values()) >= 3 * listed("CLOSURES") + listed("LAYERS") + listed("VALUES") + 10
     assert "FOR_PATHS" not in (NATIVE / "batch.h").read_text().replace("#define FOR_PATHS", "")
 
 

@@ -26,7 +26,7 @@ def zero(values, node, socket, stack):
 
 def geometry(values, node, socket, stack):
     if socket.name == "Position":
-        return source("position")
+        return place(values)
     if socket.name == "Normal":
         return values.surface_normal
     if socket.name == "Tangent":
@@ -44,6 +44,11 @@ def geometry(values, node, socket, stack):
     return call1("attribute", data=values.lookups.attribute(kind)) if kind and values.lookups else None
 
 
+def place(values):
+    """Where the shaded point is in Blender's world; in a world, the direction in which one looks."""
+    return source("object_point" if values.kind == "world" else "position")
+
+
 def uv_of(values, name: str = "", from_instancer: bool = False):
     if values.lookups is None:
         return None
@@ -57,6 +62,8 @@ def texture_coordinate(values, node, socket, stack):
         return None
     if socket.name == "UV":
         return uv_of(values, "", node.from_instancer)
+    if socket.name == "Generated" and values.kind == "world":
+        return place(values)
     if socket.name == "Generated":
         if node.from_instancer:
             return triple(*instance_columns(values, "generated", 3))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from isophote.values import ARITHMETIC, Value, call1, is_number, maximum, rewritten, varies
+from isophote.values import ARITHMETIC, Value, call1, is_number, maximum, rewritten
 
 from ... import compat
 from ..values import dot, outputs, source, triple
@@ -63,9 +63,11 @@ def bump(values, node, socket, stack):
 
 def bent(normal, height, strength, distance, filter_width: float):
     """A normal bent by the slope of a height."""
-    if not varies(height) or is_number(distance, 0.0) or is_number(strength, 0.0):
+    if is_number(distance, 0.0) or is_number(strength, 0.0):
         return normal
     beside = [after_step(height, axis, filter_width) for axis in (0, 1)]
+    if beside == [height] * 2:
+        return normal
     return source("bump", *normal, height, *beside, strength, distance, number=filter_width)
 
 
@@ -124,11 +126,11 @@ def cross(a, b):
 def displaced_normal(values, vector):
     """The surface's normal where a displacement is rendered as bump."""
     normal = values.surface_normal
-    heights = [dot([after_step(x, axis, DISPLACEMENT_FILTER) for x in vector], normal) for axis in (0, 1)]
+    beside = [dot([after_step(x, axis, DISPLACEMENT_FILTER) for x in vector], normal) for axis in (0, 1)]
     height = dot(vector, normal)
-    if not varies(*vector):
+    if beside == [height] * 2:
         return normal
-    return source("bump", *normal, height, *heights, 1.0, 1.0, number=DISPLACEMENT_FILTER)
+    return source("bump", *normal, height, *beside, 1.0, 1.0, number=DISPLACEMENT_FILTER)
 
 
 # ------------------------------------------------------------------ tangents

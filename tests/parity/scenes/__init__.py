@@ -5,6 +5,7 @@ import numpy as np
 from isophote.scene import Scene
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
+from tests.parity.scenes.pictures import pictures
 from tests.scenes import (
     CAMERA,
     DIFFUSE,
@@ -179,7 +180,7 @@ def rare_closures() -> Scene:
 
 
 SCENES = {scene.__name__: scene for scene in (
-    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs)}
+    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs, pictures)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -190,4 +191,5 @@ SETTINGS = {
     "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
     "inputs": dict(max_bounces=6),
+    "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
 }

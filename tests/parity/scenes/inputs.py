@@ -47,11 +47,11 @@ def bent():
     bumped = outputs("bump", *outputs("shading_normal"), height[0], *beside, 0.8, 0.7, number=1.0)
     mapped = outputs("tangent_space", height[1] - 0.5, height[2] - 0.5, 0.8, *outputs("attribute", data=1),
                      *outputs("smooth_normal"))
-    mirror = outputs("visible_normal", *outputs("blended_normal", *mapped, 1.3))
+    *mirror, seen = outputs("visible_normal", *outputs("blended_normal", *mapped, 1.3))
     tangent = outputs("turned_tangent", *outputs("frame_tangent", 0.0, 0.0, 1.0), *mirror, 0.1)
     shiny = dict(roughness=0.4, multiscatter=1.0, tint_r=0.9, tint_g=0.8, tint_b=0.7)
     return [make_instruction("diffuse", (0.5, 0.4, 0.3), outputs("unit_normal", *bumped)),
-            make_instruction("glossy", (0.3, 0.3, 0.3), mirror, tangent, **shiny),
+            make_instruction("glossy", (seen * 0.3, seen * 0.3, seen * 0.3), tuple(mirror), tangent, **shiny),
             make_instruction("diffuse", (0.1, 0.2, 0.1))]
 
 

@@ -1,0 +1,12 @@
+/* What materials emit at points of triangles and in directions of the world: for choosing lights. */
+#pragma once
+
+namespace isophote {
+
+/* n places: (instance, primitive) and the weights (u, v) of the second and third corner, or NONE and a direction of the
+ * world; `directions` are those of rays that meet them. Radiances, three each, in strict arithmetic, whatever the
+ * precision of the render: what follows from them is the same on all machines. */
+void evaluate_emission(const void *const *scene, const unsigned *ids, const float *places, const float *directions, long n,
+                       int threads, float *radiance);
+
+}  // namespace isophote

@@ -1,0 +1,31 @@
+"""Procedural textures against Cycles, in all of their modes, pixel by pixel."""
+
+import os
+
+import numpy as np
+import pytest
+
+from bench.cycles_process import find_python
+from tests.images.patches import differences, make_blends
+
+# What is left of the pixel filter moves a sample by some 1/1000 of a pixel; where a value jumps, across the jump.
+STEEP, JUMP, JUMPS = 3e-3, 0.02, 0.04  # median difference, what counts as a jump, share of pixels that may show one
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    if find_python() is None:
+        why = "no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS"
+        pytest.fail(why) if os.environ.get("CI") == "true" else pytest.skip(why)
+    return tmp_path_factory.mktemp("textures")
+
+
+@pytest.mark.parametrize("name, fewest", [("noise", 60), ("cells", 100)])
+def test_patches_agree(folder, name, fewest):
+    make_blends(f"make_{name}.py", folder)
+    found, notes = differences(folder / f"{name}.blend", 10, 12)
+    assert not notes and len(found) > fewest
+    wrong = {patch: (float(np.median(off)), float((off > JUMP).mean())) for patch, off in found.items()
+             if np.median(off) > STEEP or (off > JUMP).mean() > JUMPS}
+    assert not wrong
+    assert np.median(list(found.values())) < 5e-4
