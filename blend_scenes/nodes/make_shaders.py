@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a scene with one ball for each shader of a list, seen from above: bench/shaders.py compares them with Cycles.
 
-    python blend_scenes/make_shader_grid.py OUT.blend [WORD]    # only shaders whose names hold WORD
+    python blend_scenes/nodes/make_shaders.py OUT.blend [WORD]    # only shaders whose names hold WORD
 
 It wants a Python with the bpy wheel, 4.5 or newer. Prints the names in the order of the balls, as JSON.
 """
