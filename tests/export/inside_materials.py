@@ -119,6 +119,12 @@ def test_transparent_and_emission():
     check(surface("ShaderNodeEmission", Color=(0.5, 1.0, 1.0), Strength=4.0)[0], ("emission", (2, 4, 4), {}))
 
 
+def test_holdout():
+    steps, notes = surface("ShaderNodeHoldout")
+    check(steps, ("holdout", 1, {}))
+    assert not notes
+
+
 def test_mix_and_add_fold_into_weights():
     def build(tree, output):
         mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"], Fac=0.25)
