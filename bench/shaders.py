@@ -2,7 +2,7 @@
 
     python -m bench.shaders [WORD] [--samples 64] [--replicates 8]
 
-blend_scenes/make_shader_grid.py makes the scene; WORD keeps shaders whose names hold it. Prints a row of JSON for
+blend_scenes/nodes/make_shaders.py makes the scene; WORD keeps shaders whose names hold it. Prints a row of JSON for
 each: ratios of the channel means ours / Cycles' with half their 95 % intervals, and the notes of its export.
 """
 
@@ -23,7 +23,7 @@ from bench.cycles_process import CyclesError, find_python
 from bench.replicates import mean_ratios
 
 COLUMNS, RADIUS = 8, 0.43  # of the grid; a little less than the balls'
-MAKER = ROOT / "blend_scenes" / "make_shader_grid.py"
+MAKER = ROOT / "blend_scenes" / "nodes" / "make_shaders.py"
 
 
 def make_grid(path: Path, word: str) -> list[str]:
@@ -44,27 +44,32 @@ def ball(images: np.ndarray, index: int, rows: int) -> np.ndarray:
     return images[:, inside][:, :, None]
 
 
+def compare_shaders(word: str, samples: int, replicates: int) -> tuple[list[dict], dict]:
+    """A row for each shader whose name holds `word`, and what cycles_compare.same_bits says of the scene."""
+    with tempfile.TemporaryDirectory() as folder:
+        blend = Path(folder) / "grid.blend"
+        names = make_grid(blend, word)
+        both = render_both(blend, 0, samples, replicates)
+    grid, rows = math.ceil(len(names) / COLUMNS), []
+    for k, name in enumerate(names):
+        means = mean_ratios(*(ball(both[engine], k, grid) for engine in ("isophote", "cycles")))
+        rows.append({"shader": name, "ratios": [round(mean["ratio"], 5) for mean in means],
+                     "half_intervals": [round(mean["half_interval"], 5) for mean in means],
+                     "verdict": "/".join(sorted({mean["verdict"] for mean in means})),
+                     "notes": [note["what"] for note in both["scene"].notes if note["name"] == name]})
+    return rows, same_bits(both["scene"], both["settings"])
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="bench.shaders", description="Compare shaders with Cycles.")
     parser.add_argument("word", nargs="?", default="")
     parser.add_argument("--samples", type=int, default=64, help="of each replicate")
     parser.add_argument("--replicates", type=int, default=8)
     options = parser.parse_args()
-    beyond = 0
-    with tempfile.TemporaryDirectory() as folder:
-        blend = Path(folder) / "grid.blend"
-        names = make_grid(blend, options.word)
-        both = render_both(blend, 0, options.samples, options.replicates)
-        rows = math.ceil(len(names) / COLUMNS)
-        for k, name in enumerate(names):
-            means = mean_ratios(*(ball(both[engine], k, rows) for engine in ("isophote", "cycles")))
-            beyond += any(mean["verdict"] == "beyond" for mean in means)
-            notes = [note["what"] for note in both["scene"].notes if note["name"] == name]
-            print_row({"shader": name, "ratios": [round(mean["ratio"], 5) for mean in means],
-                       "half_intervals": [round(mean["half_interval"], 5) for mean in means],
-                       "verdict": "/".join(sorted({mean["verdict"] for mean in means})), "notes": notes})
-        print_row({"opencl": same_bits(both["scene"], both["settings"])})
-    return 1 if beyond else 0
+    rows, bits = compare_shaders(options.word, options.samples, options.replicates)
+    for row in [*rows, {"opencl": bits}]:
+        print_row(row)
+    return 1 if any("beyond" in row["verdict"] for row in rows) else 0
 
 
 if __name__ == "__main__":

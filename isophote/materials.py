@@ -67,6 +67,7 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     "layer_film_specular": (28, FILM_SPECULAR),
     # reflects: 1 for glass, 0 for refraction alone
     "beckmann_glass": (29, ("roughness", "ior", "reflects", "tint_r", "tint_g", "tint_b")),
+    "holdout": (30, ()),  # black, and transparent to a transparent film
 }
 
 # Tints may be left out.
@@ -114,7 +115,7 @@ def is_delta(op: int, constants, varies: bool = False) -> bool:
     """
     name, names = next((name, names) for name, (number, names) in OPERATIONS.items() if number == op)
     if not {"multiscatter", "roughness_x"} & set(names) and name not in ("refraction", "beckmann_glass"):
-        return name == "transparent"
+        return name in ("transparent", "holdout")
     if varies:
         return False
     values = dict(zip(names, constants, strict=False))  # constants are padded

@@ -20,7 +20,8 @@ from isophote.world_map import make_world_map
 
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
-             "beckmann", "beckmann_glass", "ashikhmin_shirley", "layer_absorption", "layer_reset")
+             "beckmann", "beckmann_glass", "ashikhmin_shirley", "layer_absorption", "layer_reset",
+             "holdout")
 FILTER_STEPS = 1024
 VALUE_FAMILIES = 8  # kernels/values/values.h
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
@@ -174,6 +175,7 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
                              | bool(passes or material["transparency"].any()) * n["MATERIAL_TRANSPARENT"]
                              | glows * n["MATERIAL_EMISSION_VARIES"] | passes * n["MATERIAL_TRANSPARENCY_VARIES"]
                              | bumps[rest].any() * n["MATERIAL_BUMPS"]
+                             | any(operation[i] == "holdout" for i in rest) * n["MATERIAL_HOLDS_OUT"]
                              | smooth * n["MATERIAL_DELTA_ONLY"]
                              | any(operation[i] in TRANSMITTING for i in rest) * n["MATERIAL_TRANSMITS"])
         kept.append(rest)

@@ -122,6 +122,7 @@ typedef struct {
 #define MATERIAL_EMISSION_VARIES 16u     /* emission holds registers */
 #define MATERIAL_TRANSPARENCY_VARIES 32u /* transparency holds registers */
 #define MATERIAL_BUMPS 64u      /* a closure has a normal of its own */
+#define MATERIAL_HOLDS_OUT 128u /* has an OP_HOLDOUT: takes alpha from a transparent film */
 typedef struct {
   uint first, count; /* instructions */
   uint flags;

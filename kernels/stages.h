@@ -103,6 +103,16 @@ FN real lost_alpha(Params params, Path p) {
   return seen ? (p.red + p.green + p.blue) * REAL(0.33333334) : REAL(0.0);
 }
 
+/* What holdouts take of it. */
+FN real held_alpha(Scene s, Params params, Material m, Path p, const real *r) {
+  real3 share = zero3();
+  for (uint k = 0u; k < m.count; k++) {
+    Instruction i = s.instructions[m.first + k];
+    if (i.op == OP_HOLDOUT) share = share + closure_of(i, r).weight;
+  }
+  return lost_alpha(params, with_throughput(p, path_throughput(p) * share));
+}
+
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */
 FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h, const real *r) {
   int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);

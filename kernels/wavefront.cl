@@ -251,6 +251,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
 #undef X
   }
   if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h, registers));
+  if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
+    results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h, registers);

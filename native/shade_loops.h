@@ -415,6 +415,14 @@ static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
   }
 }
 
+static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    b.alpha[p.slot] -= held_alpha(s, params, m, p, registers_at(b, i));
+  }
+}
+
 static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
@@ -431,6 +439,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   run_values(b, s, m, g);
   if (params.aovs) shade_aovs(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
+  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
   if (g.last) {
     pass_last(b, params, m, g);
     return;

@@ -16,7 +16,7 @@ from .values import Values, not_negative, outputs, saturate, source
 
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
 ROUGH_FROM = 1e-5  # of diffuse reflection
-WITHOUT_NORMAL = {"transparent", "emission"}
+WITHOUT_NORMAL = {"transparent", "emission", "holdout"}
 UNSEEN = {"diffuse", "translucent"}  # the same whatever the angle to the viewer
 
 

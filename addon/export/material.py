@@ -175,6 +175,10 @@ def transparent(values, node, stack, weight):
     return [Closure("transparent", weight * values.color(node, stack, "Color"))]
 
 
+def holdout(values, node, stack, weight):
+    return [Closure("holdout", as_triple(weight))]
+
+
 def emission(values, node, stack, weight):
     color = values.color(node, stack, "Color") * values.number(node, stack, "Strength")
     if not varies(color) and np.any(color < 0.0):
@@ -204,6 +208,7 @@ SHADERS = {
     "ShaderNodeBsdfTransparent": transparent,
     "ShaderNodeBsdfPrincipled": principled,
     "ShaderNodeEmission": emission,
+    "ShaderNodeHoldout": holdout,
     "ShaderNodeBackground": background,
     "ShaderNodeBsdfTranslucent": translucent,
     "ShaderNodeBsdfVelvet": sheen,

@@ -3,7 +3,8 @@
 
     python blend_scenes/nodes/make_normals.py -- FOLDER
 
-Writes normals.blend: shapes under a sun and a sky, plain and mirrored, some with their backs to the camera. Needs bpy.
+Writes normals.blend: shapes under a sun and a sky, plain, mirrored and instanced, some with their backs to the camera.
+Needs bpy.
 """
 
 from __future__ import annotations
@@ -106,15 +107,20 @@ def make_normals() -> None:
              bump(1.0, 1.0), bump(0.5, 2.0), bump(1.0, 1.0, True),
              displacement("ShaderNodeDisplacement", "OBJECT", 1.0),
              displacement("ShaderNodeDisplacement", "WORLD", 1.0),
-             displacement("ShaderNodeVectorDisplacement", "OBJECT", 0.1)]
+             displacement("ShaderNodeVectorDisplacement", "OBJECT", 0.1),
+             displacement("ShaderNodeVectorDisplacement", "TANGENT", 0.1)]
     shaders = ("ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfPrincipled")
     number = 0
     for build in cases:
         for shader in shaders:
             shape = ("ball", "tile", "torus")[number // 3 % 3]
             tilt = (3.3, 0.3, 0.2) if number % 9 == 1 else (0.4, 0.3, 0.2)  # some show their backs
-            add_shape(shape, f"patch {number}", place_of(number, 9), with_normal(build, shader, 0.35),
-                      scale=(-1.0 if number % 2 else 1.0, 1.0, 0.7), rotation=tilt)
+            ob = add_shape(shape, f"patch {number}", place_of(number, 9), with_normal(build, shader, 0.35),
+                           scale=(-1.0 if number % 2 else 1.0, 1.0, 0.7), rotation=tilt)
+            if number % 4 > 1:  # with a twin far away it is an instance
+                twin = ob.copy()
+                twin.location.x += 1000.0
+                bpy.context.scene.collection.objects.link(twin)
             number += 1
     glossy, principled, metal = (f"ShaderNodeBsdf{name}" for name in ("Anisotropic", "Principled", "Metallic"))
     for shader, inputs in ((glossy, {"Anisotropy": 0.7}), (glossy, {"Anisotropy": -0.5, "Rotation": 0.1}),

@@ -1,5 +1,8 @@
 /* Ashikhmin and Shirley 2000, "An Anisotropic Phong BRDF Model", eqs. 4 to 10, without Fresnel (Blender's Glossy
- * BSDF with that distribution). Exponents follow from the roughness along x and y: 2/alpha^2 - 2. */
+ * BSDF with that distribution). Exponents follow from the roughness along x and y: 2/alpha^2 - 2.
+ *
+ * Cycles mirrors the viewer at a facet that looks away as if it did not, along a vector that is no longer unit; such
+ * samples count as none here. At roughness 0.8 a ball in Cycles is 1 % brighter for it. */
 #ifndef ISOPHOTE_BSDF_ASHIKHMIN_SHIRLEY_H
 #define ISOPHOTE_BSDF_ASHIKHMIN_SHIRLEY_H
 #include "closure.h"

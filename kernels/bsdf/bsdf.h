@@ -11,6 +11,7 @@
 #include "film_specular.h"
 #include "glass.h"
 #include "glossy.h"
+#include "holdout.h"
 #include "layer.h"
 #include "metal.h"
 #include "principled_glass.h"
@@ -53,6 +54,7 @@
 #define OP_FILM_GLASS 27
 #define OP_LAYER_FILM_SPECULAR 28
 #define OP_BECKMANN_GLASS 29
+#define OP_HOLDOUT 30
 
 /* X(number, name, class of its labels): eval_NAME, sample_NAME and albedo_NAME exist. */
 #define CLOSURES(X)                                                    \
@@ -79,7 +81,8 @@
   X(OP_ANISO_CONDUCTOR, aniso_conductor, LABEL_GLOSSY)                 \
   X(OP_FILM_SPECULAR, film_specular, LABEL_GLOSSY)                     \
   X(OP_FILM_GLASS, film_glass, LABEL_GLOSSY)                           \
-  X(OP_BECKMANN_GLASS, beckmann_glass, LABEL_GLOSSY)
+  X(OP_BECKMANN_GLASS, beckmann_glass, LABEL_GLOSSY)                   \
+  X(OP_HOLDOUT, holdout, LABEL_GLOSSY)
 
 /* X(number, name): layer_NAME exists; makes the layer weight of what follows in the program. */
 #define LAYERS(X)                          \

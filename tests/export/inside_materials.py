@@ -119,6 +119,12 @@ def test_transparent_and_emission():
     check(surface("ShaderNodeEmission", Color=(0.5, 1.0, 1.0), Strength=4.0)[0], ("emission", (2, 4, 4), {}))
 
 
+def test_holdout():
+    steps, notes = surface("ShaderNodeHoldout")
+    check(steps, ("holdout", 1, {}))
+    assert not notes
+
+
 def test_mix_and_add_fold_into_weights():
     def build(tree, output):
         mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"], Fac=0.25)
@@ -276,14 +282,14 @@ def test_groups_and_muted_nodes():
     assert not notes
 
 
-def test_textures_are_named_and_the_socket_counts():
+def test_unknown_nodes_are_named_and_the_socket_counts():
     def build(tree, output):
         shader = node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"], Color=(0.3, 0.2, 0.1))
-        node(tree, "ShaderNodeTexNoise", shader.inputs["Color"]).name = "Clouds"
+        node(tree, "ShaderNodeTexIES", shader.inputs["Color"]).name = "Profile"
         node(tree, "ShaderNodeBevel", shader.inputs["Normal"])
     steps, notes, _ = exported(build)
     check(steps, ("diffuse", (0.3, 0.2, 0.1), {}))
-    for words in (("Clouds", "Color"), ("Bevel", "normal")):
+    for words in (("Profile", "Color"), ("Bevel", "normal")):
         assert any(all(word in what for word in words) for what in notes), notes
 
 

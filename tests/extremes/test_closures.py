@@ -64,7 +64,7 @@ def test_no_closure_makes_light():
              "albedo above 1", 1e-4) as row:
         for roughness, mu in itertools.product(ROUGHNESSES, COSINES):
             for case in every_case(roughness):
-                steps = 200 if case.closure.startswith("film") else 64  # its colours differ more between lobes
+                steps = 400 if case.closure.startswith("film") else 64  # their lobes differ more in colour
                 row.see(max(0, sampled_albedo(strict(), case, mu, steps).max() - 1), f"{case} at {mu}")
 
 

@@ -49,13 +49,6 @@ def place(values):
     return source("object_point" if values.kind == "world" else "position")
 
 
-def generated(values):
-    """The place in the box of the mesh's texture space; in a world, the direction."""
-    if values.kind == "world":
-        return place(values)
-    return source("attribute", data=values.lookups.attribute("generated"))
-
-
 def uv_of(values, name: str = "", from_instancer: bool = False):
     if values.lookups is None:
         return None
@@ -64,13 +57,24 @@ def uv_of(values, name: str = "", from_instancer: bool = False):
     return source("attribute", data=values.lookups.attribute("uv", name))
 
 
+def generated(values, from_instancer: bool = False):
+    """The place in the box of a mesh's texture space; in a world, the direction in which one looks."""
+    if values.lookups is None:
+        return None
+    if values.kind == "world":
+        return place(values)
+    if from_instancer:
+        return triple(*instance_columns(values, "generated", 3))
+    return source("attribute", data=values.lookups.attribute("generated"))
+
+
 def texture_coordinate(values, node, socket, stack):
     if values.lookups is None:
         return None
     if socket.name == "UV":
         return uv_of(values, "", node.from_instancer)
     if socket.name == "Generated":
-        return triple(*instance_columns(values, "generated", 3)) if node.from_instancer else generated(values)
+        return generated(values, node.from_instancer)
     if socket.name == "Normal":
         return source("to_object_normal", *values.surface_normal)
     if socket.name == "Object":

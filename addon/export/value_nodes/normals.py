@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from isophote.values import ARITHMETIC, Value, call1, is_number, maximum, rewritten
+from isophote.values import ARITHMETIC, Value, call1, is_number, maximum, rewritten, square_root
 
 from ... import compat
 from ..values import dot, outputs, source, triple
 
 DISPLACEMENT_FILTER = 0.1  # footprints, of displacement that is rendered as bump: Cycles' default
+HELD = 1.0  # the number of an attribute's step that bump leaves where it is
 
 
 def normal_input(values, node, stack):
@@ -16,6 +17,11 @@ def normal_input(values, node, stack):
     if values.is_linked(node, stack, "Normal"):
         return values.vector(node, stack, "Normal")
     return values.surface_normal
+
+
+def held(values, kind: str, name: str = "") -> tuple:
+    """An attribute of which frames are made: as in Cycles these do not turn while bump looks to the side."""
+    return outputs("attribute", data=values.lookups.attribute(kind, name), number=HELD)
 
 
 # ------------------------------------------------------------------ angles to the viewer
@@ -42,7 +48,7 @@ def normal_map(values, node, socket, stack):
     x, y, z = color * 2.0 - 1.0
     if node.space == "TANGENT":
         z = 1.0 + (z - 1.0) * call1("minimum", maximum(strength, 0.0), 1.0)
-        tangent = outputs("attribute", data=values.lookups.attribute("tangent", node.uv_map))
+        tangent = held(values, "tangent", node.uv_map)
         return source("tangent_space", x * strength, y * strength, z, *tangent, *source("smooth_normal"))
     if node.space.startswith("BLENDER"):
         y, z = -y, -z
@@ -85,7 +91,7 @@ def after_step(number, axis: int, length: float):
             return tuple(x + d for x, d in zip(here, turned, strict=True))
         if call.name == "barycentric":
             return tuple(x + d for x, d in zip(here, weights, strict=False))
-        if call.name == "attribute":
+        if call.name == "attribute" and call.number != HELD:
             u, v = (x + d for x, d in zip(outputs("barycentric"), weights, strict=True))
             return ARITHMETIC.call("attribute_at", (u, v), data=call.data)
         return None
@@ -113,9 +119,10 @@ def vector_displacement(values, node, socket, stack):
     vector = vector * values.number(node, stack, "Scale")
     if node.space == "TANGENT":
         x, y, z = vector
-        *tangent, sign = outputs("attribute", data=values.lookups.attribute("tangent", ""))
+        *tangent, sign = held(values, "tangent")
         tangent, normal = triple(*tangent), source("to_object_normal", *values.surface_normal)
-        vector = tangent * x + normal * y + cross(normal, tangent) * (sign * z)
+        across = cross(normal, tangent)
+        vector = tangent * x + normal * y + across * (sign * z / square_root(dot(across, across)))
     return vector if node.space == "WORLD" else source("to_world_vector", *vector)
 
 
@@ -140,7 +147,7 @@ def tangent(values, node, socket, stack):
     if values.lookups is None:
         return None
     if node.direction_type == "UV_MAP":
-        *direction, _ = outputs("attribute", data=values.lookups.attribute("tangent", node.uv_map))
+        *direction, _ = held(values, "tangent", node.uv_map)
     else:
         direction = around(values, node.axis)
     return source("frame_tangent", *direction)
@@ -148,7 +155,7 @@ def tangent(values, node, socket, stack):
 
 def around(values, axis: str):
     """The direction around an axis through the middle of the generated coordinates."""
-    x, y, z = (c - 0.5 for c in outputs("attribute", data=values.lookups.attribute("generated"))[:3])
+    x, y, z = (c - 0.5 for c in held(values, "generated")[:3])
     return {"X": (0.0, -z, y), "Y": (-z, 0.0, x), "Z": (-y, x, 0.0)}[axis]
 
 

@@ -29,13 +29,9 @@ BRICK_SHAPE = ("Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Heigh
 
 def coordinates(values, node, stack):
     """The vector that a texture is looked up at, generated coordinates where nothing is linked; None without those."""
-    if values.is_linked(node, stack, "Vector"):
-        vector = values.vector(node, stack, "Vector")
-    elif values.lookups is None:
-        return None
-    else:
-        vector = generated(values)
-    return texture_mapped(vector, node.texture_mapping)
+    linked = values.is_linked(node, stack, "Vector")
+    vector = values.vector(node, stack, "Vector") if linked else generated(values)
+    return None if vector is None else texture_mapped(vector, node.texture_mapping)
 
 
 def point_of(values, node, stack, dimensions: str) -> tuple | None:

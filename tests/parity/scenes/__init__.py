@@ -170,7 +170,7 @@ def rare_closures() -> Scene:
         program(("aniso_conductor", 1.0, common | silver)),
         program(("aniso_metal", 1.0, common | metal)),
         program(("aniso_glossy", 0.9, common | TINT)),
-        program(("aniso_specular", 0.9, dict(ior=1.5) | common)),
+        program(("aniso_specular", 0.9, dict(ior=1.5) | common), ("holdout", 0.1)),
     ]
     mesh = b.mesh(ball(rings=6), normals=ball(rings=6)[0])
     for k, instructions in enumerate(materials):
@@ -188,7 +188,7 @@ SETTINGS = {
     "instances": dict(film_transparent=True),
     "lamps": dict(diffuse_bounces=1, clamp_direct=4.0, clamp_indirect=1.0),
     "closures": dict(seed=7),
-    "rare_closures": dict(seed=8),
+    "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
     "inputs": dict(max_bounces=6),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),

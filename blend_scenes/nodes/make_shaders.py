@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a scene with one ball for each shader of a list, seen from above: bench/shaders.py compares them with Cycles.
 
-    python blend_scenes/make_shader_grid.py OUT.blend [WORD]    # only shaders whose names hold WORD
+    python blend_scenes/nodes/make_shaders.py OUT.blend [WORD]    # only shaders whose names hold WORD
 
 It wants a Python with the bpy wheel, 4.5 or newer. Prints the names in the order of the balls, as JSON.
 """
@@ -40,6 +40,10 @@ def grid() -> dict:
         for rough in (0.3, 0.8):
             shaders[f"glossy {distribution.lower()} {rough}"] = (
                 "ShaderNodeBsdfAnisotropic", {"distribution": distribution}, {"Color": GOLD, "Roughness": rough})
+        for amount in (-0.6, 0.8):
+            shaders[f"anisotropic {distribution.lower()} {amount}"] = (
+                "ShaderNodeBsdfAnisotropic", {"distribution": distribution},
+                {"Color": GOLD, "Roughness": 0.4, "Anisotropy": amount, "Rotation": 0.1})
     for kind in ("Refraction", "Glass"):
         for distribution in ("GGX", "BECKMANN"):
             shaders[f"{kind.lower()} {distribution.lower()}"] = (
@@ -50,6 +54,8 @@ def grid() -> dict:
                 "ShaderNodeBsdfMetallic", {"fresnel_type": fresnel, "distribution": distribution},
                 {"Base Color": GOLD, "Edge Tint": LEAF, "IOR": (0.2, 0.9, 1.1), "Extinction": (3.9, 2.4, 2.2),
                  "Roughness": 0.5})
+    shaders["metallic anisotropic"] = ("ShaderNodeBsdfMetallic", {}, {
+        "Base Color": GOLD, "Roughness": 0.5, "Anisotropy": 0.9, "Rotation": 0.3})
     shaders |= {
         "principled": principled(),
         "principled diffuse roughness": principled(Diffuse_Roughness=0.8, Specular_IOR_Level=0.0),
@@ -61,6 +67,7 @@ def grid() -> dict:
         "principled all": principled(Coat_Weight=0.5, Coat_Tint=LEAF, Sheen_Weight=0.5, Metallic=0.3, Alpha=0.8,
                                      Diffuse_Roughness=0.5, Transmission_Weight=0.3, Roughness=0.4),
         "principled metal under coat": principled(Coat_Weight=1.0, Metallic=1.0, Roughness=0.6, Specular_Tint=LEAF),
+        "principled anisotropic": principled(Anisotropic=0.9, Metallic=0.5, Roughness=0.4, Anisotropic_Rotation=0.2),
         "principled film": principled(Thin_Film_Thickness=400.0, Thin_Film_IOR=1.4, Roughness=0.3, IOR=2.0),
         "principled film, tinted": principled(Thin_Film_Thickness=250.0, Specular_Tint=GOLD, Specular_IOR_Level=0.9),
         "principled film on glass": principled(Thin_Film_Thickness=500.0, Transmission_Weight=1.0, Roughness=0.2),
