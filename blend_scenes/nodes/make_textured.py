@@ -68,7 +68,7 @@ def main(path: str) -> None:
         bpy.context.object.data.materials.append(textured(number))
     bpy.ops.mesh.primitive_cube_add(size=14, location=(0, 2, 7))
     bpy.ops.object.light_add(type="AREA", location=(0, 2, 9))
-    bpy.context.object.data.energy, bpy.context.object.data.size = 1500, 4
+    bpy.context.object.data.energy, bpy.context.object.data.size = 300, 4
     bpy.ops.object.camera_add(location=(0, -4.5, 5.5), rotation=(1.0, 0, 0))
     scene.camera = bpy.context.object
     scene.camera.data.lens = 30

@@ -119,7 +119,9 @@ def for_any_scene(prepared):
     lights = n["FEATURE_LIGHTS"] | n["FEATURE_LAMPS"] | n["FEATURE_VISIBLE_LIGHTS"]
     every = sum(value for name, value in n.items() if name.startswith("FEATURE_")) & ~lights
     every |= lights if prepared.features & lights else 0
-    every &= ~n["FEATURE_SLOTS"] | prepared.features  # says that there is an array of slots
+    # These say that there is an array of slots, and values that are computed of surfaces, the world and lights.
+    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "SHINES", "LENS")
+    every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
     closures = [number for name, (number, _) in OPERATIONS.items() if name != "emission"]
     unused = make_records("Instruction", len(closures), op=closures)
     tables = prepared.buffers["albedo_tables"]
