@@ -121,7 +121,7 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
     `buffers` hold what programs of materials read.
     """
     lamps, cells = shining(light_records(scene)), np.zeros(0, np.float32)
-    hidden = int(scene.world_hidden) & numbers()["RAY_ALL"] & ~numbers()["RAY_CAMERA"]
+    hidden = scene.world_hidden.item() & numbers()["RAY_ALL"] & ~numbers()["RAY_CAMERA"]
     world_map = None if hidden else make_world_map(scene, buffers)  # closures alone know what may see the world
     world = buffers["world"].copy()
     if world_map:

@@ -120,7 +120,7 @@ def test_many_instances():
     b.world = 1.0
     mesh, black = b.mesh(ball(rings=3)), b.material(diffuse(0.0))
     b.look((0, 0, 5), (0, 0, 0), 0.1, up=(0, 1, 0), clip=(0.1, 1e6))
-    b.instances = [(mesh, place((0, 0, -3.0 * k)), (black,), 31) for k in range(count)]
+    b.instances = [(mesh, place((0, 0, -3.0 * k)), (black,), 31, ()) for k in range(count)]
     with Row("counts", f"{count} instances behind each other", "pixels that see none of them") as row:
         row.see(np.count_nonzero(rgb(film(b.make(), 4, filter_width=0.0))[..., 1]))
 

@@ -42,8 +42,12 @@ def room():
 
 @pytest.mark.parametrize("how", ["applied", "matrices"])
 def test_powers_of_two_change_no_bit(how):
-    """Every scene of the parity suite, and one of them instanced, as meshes that grow or as matrices that do."""
+    """Every scene of the parity suite, and one of them instanced, as meshes that grow or as matrices that do.
+
+    But not those whose materials compute values: textures in space do not grow with what they are on.
+    """
     scenes = {name: make() for name, make in SCENES.items()} | {"room": room(), "room, instanced": instanced(room())}
+    scenes = {name: scene for name, scene in scenes.items() if not len(scene.step_op)}
     grow = scaled_vertices if how == "applied" else scaled
     exponents = f"{len(EXPONENTS)} of -20 ... 20"
     with Row("scale", f"2^k, k = {exponents}, {how}, {len(scenes)} scenes", "floats that differ") as row:

@@ -41,6 +41,7 @@ def scaled(scene: Scene, factor: float) -> Scene:
     sun = (scene.light_kind == SUN)[:, None]
     return changed(
         scene, camera_to_world=far(scene.camera_to_world), camera_clip=scene.camera_clip * factor,
+        camera_lens=scene.camera_lens * (factor, factor, 1, 1, 1),
         camera_window=scene.camera_window * (factor if scene.camera_kind else 1), vertices=scene.vertices,
         instance_to_world=scene.instance_to_world * factor, sphere_center=scene.sphere_center * factor,
         sphere_radius=scene.sphere_radius * factor, light_to_world=far(scene.light_to_world),
