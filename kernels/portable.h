@@ -5,7 +5,8 @@
  * shall vectorise. `real` is float, or double in the reference build (C++ only).
  *
  * STRICT_FP is the first statement of functions that keep their bits in fast builds too (ISOPHOTE_FAST,
- * where the compiler may fuse multiplications and additions): hits and where rays start. */
+ * where the compiler may fuse multiplications and additions): hits and where rays start. UNROLL comes before a loop of
+ * few turns inside one that shall vectorise. */
 #ifndef ISOPHOTE_PORTABLE_H
 #define ISOPHOTE_PORTABLE_H
 
@@ -15,6 +16,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 #endif
 #define STRICT_FP _Pragma("OPENCL FP_CONTRACT OFF")
+#define UNROLL _Pragma("unroll")
 #define GLOBAL __global
 #define FN static inline
 #define FN_APART FN
@@ -63,8 +65,10 @@ FN uint lanes_together(void) {
 #include <cstring>
 #ifdef __clang__
 #define STRICT_FP _Pragma("clang fp contract(off)")
+#define UNROLL _Pragma("unroll")
 #else
 #define STRICT_FP
+#define UNROLL _Pragma("GCC unroll 32")
 #endif
 #define GLOBAL
 #define FN static inline __attribute__((always_inline))

@@ -22,19 +22,19 @@ FN Hit find_lit_point(Scene s, Ray ray) {
 
 /* The connection with the radiance of its light, of which it lacks only what is computed, and clamped. */
 FN Connection shine(Scene s, Params params, Connection c, uint features, real *r) {
-  Surface at;
-  Hit h;
   Ray ray = c.ray;
   ray.kind = 0u; /* to the program no ray has come: as in Cycles, which tells it PATH_RAY_EMISSION alone */
   int is_world = is_to_world(ray);
-  if (is_world) {
-    h = background_hit(FAR_AWAY);
-    at = make_background(s, ray.direction);
-  } else if (ray.skip_instance != NONE) {
-    h = find_lit_point(s, ray);
-    at = make_surface(s, ray, h, features);
-  }
   if (is_world || ray.skip_instance != NONE) {
+    Surface at;
+    Hit h;
+    if (is_world) {
+      h = background_hit(FAR_AWAY);
+      at = make_background(s, ray.direction);
+    } else {
+      h = find_lit_point(s, ray);
+      at = make_surface(s, ray, h, features);
+    }
     Material m = s.materials[at.material];
     if (m.flags & MATERIAL_EMISSION_VARIES) {
       compute_values(s, m, m.steps, at, ray, h, c.bounces + 1u, c.passed, r);

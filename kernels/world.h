@@ -35,7 +35,7 @@ typedef struct {
 FN CellDraw draw_cell(Scene s, uint first, uint cells, real u) {
   CellDraw r;
   uint low = 0u;
-#pragma unroll
+  UNROLL
   for (uint step = MOST_MAP_CELLS >> 1; step > 0u; step >>= 1) {
     uint next = low + step;
     real there = to_real(s.world_map[first + min_uint(next, cells)]);

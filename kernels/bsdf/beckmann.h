@@ -35,7 +35,8 @@ FN BeckmannLobe beckmann_lobe(real alpha_x, real alpha_y, real eta, real3 wo, re
   m = m * ((m.z < REAL(0.0) ? REAL(-1.0) : REAL(1.0)) / sqrt(max_real(squared, TINY)));
   real cos_mo = dot3(wo, m);
   real cos_mi = dot3(wi, m);
-  int possible = (cos_mo > REAL(0.0)) & (refracts ? cos_mi < REAL(0.0) : wi.z > REAL(0.0)) &
+  /* At microfacets seen still flatter the density would not fit into float32. */
+  int possible = (cos_mo > REAL(1e-20)) & (refracts ? cos_mi < REAL(0.0) : wi.z > REAL(0.0)) &
                  (m.z > REAL(1e-6)) & (squared > TINY) & !is_delta(alpha_x * alpha_y);
   real x = possible ? alpha_x : REAL(1.0);
   real y = possible ? alpha_y : REAL(1.0);

@@ -29,8 +29,10 @@ typedef struct {
 FN InterfaceFresnel interface_fresnel(Interface s, real cos_mo) {
   InterfaceFresnel r;
   DielectricFresnel fresnel = fresnel_dielectric(cos_mo, s.ior);
-  real3 f = select3(s.film > THINNEST_FILM, tinted_film_reflectance(cos_mo, s.ior, s.f0, s.film, s.film_ior),
-                    mix_to_white(s.f0, fresnel_rise(fresnel.f, s.ior)));
+  /* Where nothing is refracted the film must not let anything through, whatever rounding makes of its own angles. */
+  real3 film = select3(fresnel.cos_t > REAL(0.0),
+                       tinted_film_reflectance(cos_mo, s.ior, s.f0, s.film, s.film_ior), splat3(REAL(1.0)));
+  real3 f = select3(s.film > THINNEST_FILM, film, mix_to_white(s.f0, fresnel_rise(fresnel.f, s.ior)));
   r.reflectance = f * s.reflection;
   r.transmittance = (splat3(REAL(1.0)) - f) * s.transmission;
   r.cos_t = fresnel.cos_t;

@@ -88,6 +88,6 @@ def test_closed_rooms_stay_black(shape):
     mesh, material = b.mesh((vertices, triangles[INSIDE])), b.material(diffuse(0.9))
     b.instance(mesh, material)
     if shape == "instances":
-        b.instances[0] = (mesh, place((0.01, 0.02, 0.03), (1.7, 1.3, 1.1), 0.3), (material,), 31)
+        b.instances[0] = (mesh, place((0.01, 0.02, 0.03), (1.7, 1.3, 1.1), 0.3), (material,), 31, ())
         b.instance(mesh, material, matrix=place((7, 0, 0)))
     assert not pixels(render(b.make(), 256))[..., 0].any()
