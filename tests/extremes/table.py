@@ -59,9 +59,6 @@ class Row:
 NOT_BUILT = [
     Row("denormals", "light below 1.2e-38 in the film", "",
         verdict="open: numpy takes it for 0 where the host flushes to zero"),
-    Row("texture coordinates", "1e6 and more, negative, NaN", "", verdict="not built: there are no textures"),
-    Row("shadow terminator", "smooth low-poly ball, lamp at the horizon", "", verdict="open: bands are not measured"),
-    Row("shadow terminator", "normal maps at 60 degrees and more", "", verdict="not built: there are no normal maps"),
 ]
 ROWS: list[Row] = []
 
