@@ -253,6 +253,21 @@ def frame_border(render, resolution) -> tuple[int, int, int, int]:
     return x0, y0, x1, y1
 
 
+# Since 5.0 passes have the names that panels show; in files, too.
+PASS_NAMES = {
+    **{f"{short}{of}": f"{kind} {word}" for short, kind in (("Diff", "Diffuse"), ("Gloss", "Glossy"),
+                                                            ("Trans", "Transmission"))
+       for of, word in (("Dir", "Direct"), ("Ind", "Indirect"), ("Col", "Color"))},
+    "Emit": "Emission",
+    "Env": "Environment",
+}
+
+
+def pass_name(name: str) -> str:
+    """What this Blender calls a pass of Blender 4's name."""
+    return PASS_NAMES.get(name, name) if bpy.app.version >= (5, 0, 0) else name
+
+
 def set_pass(render_pass, values: np.ndarray) -> None:
     """Copy float32 (h, w, c) into a pass: flat for newer versions, (h w, c) for those before 4.0."""
     values = np.ascontiguousarray(values, np.float32)

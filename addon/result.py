@@ -7,11 +7,19 @@ import numpy as np
 
 from isophote.passes import PASSES
 
-from .compat import frame_border, set_pass
+from .compat import frame_border, pass_name, set_pass
 from .export.camera import resolution_of
 
+KINDS = ("diffuse", "glossy", "transmission")  # of closures, in light passes
 # Passes that Blender switches on and off itself, by our name; the others are this add-on's.
-BUILTIN = {"depth": "use_pass_z", "normal": "use_pass_normal", "position": "use_pass_position"}
+BUILTIN = {
+    "depth": "use_pass_z",
+    "normal": "use_pass_normal",
+    "position": "use_pass_position",
+    **{f"{kind}_{of}": f"use_pass_{kind}_{of}" for kind in KINDS for of in ("direct", "indirect", "color")},
+    "emission": "use_pass_emit",
+    "environment": "use_pass_environment",
+}
 OWN = ("albedo", "sample_count", "invalid", "error")
 TYPES = {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
@@ -30,7 +38,7 @@ def register_passes(engine, scene, view_layer) -> None:
     for name in wanted_passes(view_layer):
         entry = PASSES[name]
         channels = entry.channels
-        engine.register_pass(scene, view_layer, entry.blender_name, len(channels), channels, TYPES[channels])
+        engine.register_pass(scene, view_layer, pass_name(entry.blender_name), len(channels), channels, TYPES[channels])
 
 
 class OpenResult:
@@ -42,14 +50,14 @@ class OpenResult:
     def __init__(self, engine, width: int, height: int, layer: str, passes: tuple[str, ...] = ()):
         self.engine = engine
         for entry in (PASSES[name] for name in passes if name != "combined"):
-            engine.add_pass(entry.blender_name, len(entry.channels), entry.channels, layer=layer)
+            engine.add_pass(pass_name(entry.blender_name), len(entry.channels), entry.channels, layer=layer)
         self.result = engine.begin_result(0, 0, width, height, layer=layer)
 
     def show(self, planes: dict[str, np.ndarray]) -> None:
         """Copy planes, "Pass" -> float32 (h, w, c), into the result and let Blender draw it."""
         passes = self.result.layers[0].passes
         for name, values in planes.items():
-            set_pass(passes[name], values)
+            set_pass(passes[pass_name(name)], values)
         self.engine.update_result(self.result)
 
     def __enter__(self) -> OpenResult:

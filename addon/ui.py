@@ -12,6 +12,7 @@ from . import ledger, native, trade
 from .compat import shadow_switch
 from .operators import ISOPHOTE_OT_copy_cycles_settings as CopyCycles
 from .operators import ISOPHOTE_OT_find_devices as FindDevices
+from .result import KINDS
 
 
 class PanelBase:
@@ -177,6 +178,21 @@ class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
         column.prop(layer.isophote, "error")
 
 
+class ISOPHOTE_PT_light_passes(PanelBase, bpy.types.Panel):
+    bl_label = "Light"
+    bl_context = "view_layer"
+    bl_parent_id = "ISOPHOTE_PT_passes"
+
+    def draw(self, context):
+        layer, column = context.view_layer, self.column()
+        for kind in KINDS:
+            row = column.row(heading=kind.title(), align=True)
+            for of in ("direct", "indirect", "color"):
+                row.prop(layer, f"use_pass_{kind}_{of}", text=of.title(), toggle=True)
+        column.prop(layer, "use_pass_emit")
+        column.prop(layer, "use_pass_environment")
+
+
 class ISOPHOTE_PT_object(PanelBase, bpy.types.Panel):
     bl_label = "Isophote"
     bl_context = "object"
@@ -229,6 +245,7 @@ CLASSES = (
     ISOPHOTE_PT_performance,
     ISOPHOTE_PT_trade,
     ISOPHOTE_PT_passes,
+    ISOPHOTE_PT_light_passes,
     ISOPHOTE_PT_object,
     ISOPHOTE_PT_light,
 )

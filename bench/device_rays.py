@@ -66,9 +66,9 @@ class TimedDevice(OpenCLDevice):
         flags = self.cl.command_queue_properties.PROFILING_ENABLE
         self.queue = self.calling(self.cl.CommandQueue, self.context, properties=flags)
 
-    def reserve(self, paths: int, aovs: bool) -> None:
+    def reserve(self, paths: int) -> None:
         self.wavefront = self.calling(TimedWavefront, self.cl, self.queue, self.built.program,
-                                      [*self.scene.values()], paths, aovs)
+                                      [*self.scene.values()], paths, self.planes)
 
 
 def white_room(triangles: int) -> Scene:

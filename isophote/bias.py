@@ -18,9 +18,10 @@ import numpy as np
 
 from isophote.confidence import FLOOR, student95
 from isophote.device import Device, open_device
-from isophote.film import COMBINED_PLANES, CUT_PLANES, LIMITS, Film
+from isophote.film import LIMITS, Film
 from isophote.ledger import CLAMPS, entry, ledger_of, nothing
 from isophote.params import MOST_BOUNCES
+from isophote.passes import film_planes
 from isophote.scene import Scene, SceneError, resized
 from isophote.schedule import BLOCK, sample_items
 from isophote.settings import Settings
@@ -103,7 +104,7 @@ class Renderer:
     def film(self, seed: int, **changes) -> Film:
         """The film of one seed, with some of the settings changed."""
         settings = replace(self.settings, seed=seed, passes=("combined",), **changes)
-        film = Film(self.region, COMBINED_PLANES + CUT_PLANES * settings.clamps)
+        film = Film(self.region, film_planes(settings))
         device = self.device(settings)
         for item in sample_items(0, settings.samples, BLOCK, self.region):
             film.add_samples(device.render(item, settings, film.open, lambda: False), device.ended)

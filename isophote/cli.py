@@ -26,6 +26,7 @@ from isophote.kernel_cache import describe_cache
 from isophote.ledger import CLAMPS, ledger_lines
 from isophote.ledger_command import Measurement, measure_job
 from isophote.memory import readable
+from isophote.passes import USUAL
 from isophote.render_command import (
     MOST_SAMPLES,
     Interrupted,
@@ -157,7 +158,7 @@ def cli():
 @precision_option
 @seed_option
 @bias_options
-@click.option("--passes", help="Comma-separated, or all (default: all for .exr, combined for .png).")
+@click.option("--passes", help=f"Comma-separated, or all (default: {','.join(USUAL)} for .exr, combined for .png).")
 @click.option("--explain", is_flag=True, help="Say what the kernels were compiled for and what memory was used.")
 @frame_option
 @size_option

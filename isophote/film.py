@@ -1,10 +1,7 @@
 """The film: sums of samples, and the one operation that progressive passes, devices, machines and resuming share.
 
-Sample i belongs to replicate i & 1. Planes, rows from the bottom: 0-3 RGBA of replicate 0, 4-7 RGBA
-of replicate 1, 8 how many samples were no numbers and count as 0; with AOVs also 9 depth, 10-12 normal,
-13-15 albedo, 16-18 position. Depth and position come from sample 0 alone, as in Cycles: a mean of depths across an
-edge is no depth. Where light is clamped four more: luminance cut off from direct and from indirect light of
-replicate 0, and of replicate 1.
+Sample i belongs to replicate i & 1. isophote/planes.py says which planes there are. Some are of sample 0 alone, as in
+Cycles: a mean of depths across an edge is no depth.
 
 A pixel's samples are those from `first` on, without a gap. All pixels have as many, until `allow` says how far each
 may go (isophote/adaptive.py decides that): from then on the pixels that lack samples get them in whole blocks, by turns
@@ -22,16 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from isophote.files import replacing
+from isophote.planes import Planes, make_planes
 from isophote.schedule import BLOCK, Region, WorkItem
 from isophote.totals import Total, add_parts, any_of
 from isophote.turns import Turn, first_turn
 
-FORMAT = 3
-INVALID = 8  # the plane's number
-COMBINED_PLANES = 9
-AOV_PLANES = 19
-CUT_PLANES = 4
-CLAMPED = (COMBINED_PLANES + CUT_PLANES, AOV_PLANES + CUT_PLANES)
+FORMAT = 4
+COMBINED_PLANES = Planes()
 LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
 
 
@@ -52,13 +46,10 @@ class Film:
     `ended` counts the paths that each of LIMITS, the bounce limits, has ended, uint64.
     """
 
-    def __init__(self, region: Region, planes: int, first: int | np.ndarray = 0):
+    def __init__(self, region: Region, planes: Planes = COMBINED_PLANES, first: int | np.ndarray = 0):
         x0, y0, x1, y1 = region
         if not (0 <= x0 < x1 and 0 <= y0 < y1):
             raise FilmError(f"region {tuple(region)} holds no pixels")
-        if planes - CUT_PLANES * (planes in CLAMPED) not in (COMBINED_PLANES, AOV_PLANES):
-            raise FilmError(f"a film has {COMBINED_PLANES} or {AOV_PLANES} planes, {CUT_PLANES} more where light is "
-                            f"clamped, not {planes}")
         if np.any(np.less(first, 0)) or np.any(np.mod(first, BLOCK)):
             raise FilmError(f"a film begins at a block's border, a multiple of {BLOCK}, not at sample {first}")
         self.region = (int(x0), int(y0), int(x1), int(y1))
@@ -68,6 +59,7 @@ class Film:
         self.limits: np.ndarray | None = None
         self.turn: Turn | None = None
         self._paths = 0  # where pixels have different numbers
+        self.planes = planes
         self.open = np.zeros((planes, *self.shape), np.float32)
         self.totals = [Total() for _ in range(planes)]
         self.ended = np.zeros(len(LIMITS), np.uint64)
@@ -76,27 +68,14 @@ class Film:
             self.allow(self.ends)
 
     @property
-    def planes(self) -> int:
-        return self.open.shape[0]
-
-    @property
     def pixels(self) -> int:
         return self.shape[0] * self.shape[1]
 
-    @property
-    def has_aovs(self) -> bool:
-        return self.planes >= AOV_PLANES
-
-    @property
-    def is_clamped(self) -> bool:
-        """Whether it has planes of what clamping cut off."""
-        return self.planes in CLAMPED
-
     def cut(self, indirect: bool, replicate: int) -> np.ndarray:
         """Sum of the luminance that clamping cut off from one replicate's direct or indirect light, as `sum`."""
-        if not self.is_clamped:
+        if not self.planes.clamps:
             return np.zeros(self.shape)
-        return self.sum(self.planes - CUT_PLANES + 2 * replicate + indirect)
+        return self.sum(self.planes.cut + 2 * replicate + indirect)
 
     @property
     def counts(self) -> int | np.ndarray:
@@ -200,8 +179,8 @@ class Film:
         """
         parts, turn = self.turn.give(sums.shape[2])
         given = sum(len(part.pixels) for part in parts)
-        if sums.shape != (self.planes, 1, given):
-            raise FilmError(f"sums {sums.shape} are no blocks of {self.planes} planes, of which {given} are lacking")
+        if sums.shape != (len(self.totals), 1, given):
+            raise FilmError(f"sums {sums.shape} are no blocks of {self.planes}, of which {given} are lacking")
         add_parts(self.totals, parts, sums[:, 0])
         for part in parts:
             self.ends.reshape(-1)[part.pixels] += BLOCK
@@ -222,7 +201,8 @@ class Film:
 
         `settings` is Settings.fingerprint(). The file appears whole or not at all. Raises OSError.
         """
-        head = {"format": FORMAT, "region": self.region, "planes": self.planes, "first": self.first, "end": self.end,
+        head = {"format": FORMAT, "region": self.region, "planes": self.planes.groups,
+                "clamps": self.planes.clamps, "first": self.first, "end": self.end,
                 "ended": self.ended.tolist(), "scene": scene_hash, "settings": settings}
         arrays = {"isophote_film": np.array(json.dumps(head)), "open": self.open}
         if self.ends is not None:
@@ -249,7 +229,7 @@ def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
             if head.get("format") != FORMAT:
                 raise FilmError(f"{path}: film format {head.get('format')}, this version reads {FORMAT}")
             check_origin(path, head, scene_hash, settings)
-            film = Film(tuple(head["region"]), head["planes"], head["first"])
+            film = Film(tuple(head["region"]), make_planes(head["planes"], head["clamps"]), head["first"])
             if "ends" in data:
                 film.ends, limits = (loaded(path, data, name, np.int64, film.shape) for name in ("ends", "limits"))
                 film.allow(limits)
@@ -300,8 +280,8 @@ def merge(films: Iterable[Film]) -> Film:
     head = parts[0]
     for film in parts[1:]:
         if film.region != head.region or film.planes != head.planes:
-            raise FilmError(f"films of region {head.region} with {head.planes} planes and of region {film.region} "
-                            f"with {film.planes} planes do not merge")
+            raise FilmError(f"films of region {head.region} with {head.planes} and of region {film.region} "
+                            f"with {film.planes} do not merge")
     reached = head.now()
     for film, follower in pairwise(parts):
         adds = follower.now() > follower.first

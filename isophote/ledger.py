@@ -24,7 +24,8 @@ import math
 import numpy as np
 
 from isophote.confidence import student95
-from isophote.film import INVALID, LIMITS, Film
+from isophote.film import LIMITS, Film
+from isophote.planes import INVALID
 from isophote.settings import Settings
 from isophote.statistics import LUMINANCE, variance_of_mean, weighted_sums
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from isophote.kernel_cache import open_cache
 from isophote.memory import BUFFER, DEVICE, check_device_memory, lowered
 from isophote.params import make_params
 from isophote.passes import film_planes
+from isophote.planes import Planes
 from isophote.prepare import Prepared
 from isophote.records import header_path, numbers, scene_buffers
 from isophote.schedule import WorkItem
@@ -83,7 +83,8 @@ def is_strict(device) -> bool | str:
 def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     """Compiler options: the scene's features, and what keeps the bits in strict mode."""
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
-               f"-DCLOSURES_USED={prepared.operations}u", f"-DCLAMPS={int(settings.clamps)}"]
+               f"-DCLOSURES_USED={prepared.operations}u", f"-DGROUPS_USED={film_planes(settings).mask}u",
+               f"-DCLAMPS={int(settings.clamps)}"]
     if prepared.registers:
         options.append(f"-DREGISTERS={prepared.registers}")
         options += [f"-DVALUES_USED_{family}={mask}u" for family, mask in enumerate(prepared.values)]
@@ -159,9 +160,9 @@ class OpenCLDevice:
         """Raises SceneTooLarge where the scene, its film and the fewest paths do not fit."""
         x0, y0, x1, y1 = self.settings.region or (0, 0, *prepared.resolution)
         planes = film_planes(self.settings)
-        columns = path_columns(self.has_aovs(planes), self.settings.clamps)
+        columns = path_columns(planes)
         paths = min(FEWEST_PATHS, (x1 - x0) * (y1 - y0))
-        check_device_memory(self.name, prepared.traced_sizes() | {"film": 4 * planes * (x1 - x0) * (y1 - y0),
+        check_device_memory(self.name, prepared.traced_sizes() | {"film": 4 * int(planes) * (x1 - x0) * (y1 - y0),
                                                 "paths": 4 * sum(columns.values()) * paths},
                             self.total_memory, self.largest_buffer)
 
@@ -214,30 +215,29 @@ class OpenCLDevice:
 
     def warm_up(self) -> None:
         """Render one sample of one pixel: PoCL compiles a kernel when it first runs, others load it then."""
-        settings = replace(self.settings, passes=("combined",))
-        self.render(WorkItem((0, 0, 1, 1), 0, 1), settings, np.zeros((film_planes(settings), 1, 1), np.float32),
-                    lambda: False)
+        sums = np.zeros((film_planes(self.settings), 1, 1), np.float32)
+        self.render(WorkItem((0, 0, 1, 1), 0, 1), self.settings, sums, lambda: False)
 
     def note(self, what: str) -> None:
         self.notes.append({"kind": "device", "name": self.name, "what": what})
 
-    @staticmethod
-    def has_aovs(planes: int) -> bool:
-        """Whether a film of so many planes has those of further passes."""
-        return planes >= numbers()["PLANES_ALL"]
+    @property
+    def planes(self) -> Planes:
+        """Those of the films for which the kernels are compiled."""
+        return film_planes(self.settings)
 
-    def reserve(self, paths: int, aovs: bool) -> None:
+    def reserve(self, paths: int) -> None:
         """Make room for the state of so many paths."""
-        if self.wavefront and paths <= self.wavefront.paths and aovs <= self.wavefront.aovs:
+        if self.wavefront and paths <= self.wavefront.paths:
             return
         self.wavefront = None
         self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, [*self.scene.values()], paths,
-                                      aovs, self.settings.clamps, self.completes)
-        self.memory["paths"] = 4 * sum(path_columns(aovs, self.settings.clamps).values()) * paths
+                                      self.planes, self.completes)
+        self.memory["paths"] = 4 * sum(path_columns(self.planes).values()) * paths
 
-    def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:
+    def paths_at_once(self, item: WorkItem, film_bytes: int) -> int:
         """Paths in flight: as many as the device has use and memory for, whole pixels, at least one."""
-        columns = path_columns(aovs, self.settings.clamps)
+        columns = path_columns(self.planes)
         room = self.total_memory - self.memory["scene"] - film_bytes
         fitting = min(PATHS_SHARE * room / sum(columns.values()), self.largest_buffer / max(columns.values())) // 4
         gpu = bool(self.device.type & self.cl.device_type.GPU)
@@ -247,13 +247,13 @@ class OpenCLDevice:
 
     def render(self, item: WorkItem, settings: Settings, sums: np.ndarray, cancelled: Callable[[], bool]) -> int:
         """As Device.render; `sums` stay as they were where the item was cancelled or the device failed."""
-        if settings.clamps != self.settings.clamps:
-            raise DeviceError(f"opencl: {self.name} holds kernels for settings "
-                              f"{'that clamp' if self.settings.clamps else 'that do not clamp'} light")
-        params, aovs = make_params(item, settings, len(sums)), self.has_aovs(len(sums))
+        if film_planes(settings) != self.planes:
+            raise DeviceError(f"opencl: {self.name} holds kernels for {self.planes} of a film, not for "
+                              f"{film_planes(settings)}")
+        params = make_params(item, settings, len(sums))
         self.memory["film"] = sums.nbytes
-        paths = self.paths_at_once(item, sums.nbytes, aovs)
-        self.reserve(paths, aovs)
+        paths = self.paths_at_once(item, sums.nbytes)
+        self.reserve(paths)
         film = self.buffer(array=np.ascontiguousarray(sums))
         params_buffer = self.buffer(array=params)
         x0, y0, x1, y1 = item.region

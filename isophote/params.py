@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.film import CLAMPED, CUT_PLANES
-from isophote.passes import film_planes, planes_for
-from isophote.records import numbers, params_dtype
+from isophote.passes import film_planes
+from isophote.records import params_dtype
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
@@ -14,15 +13,15 @@ MOST_BOUNCES = 254  # paths count them in 8 bits
 
 
 def make_params(item: WorkItem, settings: Settings, planes: int | None = None) -> np.ndarray:
-    """The bytes of a Params record and, behind it, of the item's list of pixels, uint8 (n,), for a film of so many
-    planes (film_planes where None).
+    """The bytes of a Params record and, behind it, of the item's list of pixels, uint8 (n,), for a film of the
+    settings' planes. Raises ValueError where `planes`, how many there is room for, are others.
 
     Bounce limits grow by one, so that 0 still allows direct light; a clamp, given as a brightness,
     is compared with the sum of three channels: both as Cycles does it.
     """
-    planes = planes or film_planes(settings)
-    if settings.clamps and planes not in CLAMPED:
-        raise ValueError(f"a film of {planes} planes has no room for what clamping cuts off")
+    wanted = film_planes(settings)
+    if planes is not None and planes != int(wanted):
+        raise ValueError(f"the settings want {int(wanted)} planes, not {planes}")
     x0, y0, x1, y1 = item.region
     values = {
         "x0": x0, "y0": y0, "width": x1 - x0, "height": y1 - y0,
@@ -31,9 +30,9 @@ def make_params(item: WorkItem, settings: Settings, planes: int | None = None) -
             "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")},
         "filter_width": settings.filter_width,
         "clamp_direct": 3 * settings.clamp_direct, "clamp_indirect": 3 * settings.clamp_indirect,
-        "cut_plane": settings.clamps and planes - CUT_PLANES,
+        "cut_plane": wanted.cut,
         "film_transparent": settings.film_transparent,
-        "aovs": planes_for(settings.passes) > numbers()["PLANES_COMBINED"],
+        "groups": wanted.mask,
         "listed": item.pixels is not None,
     }
     record = np.zeros(1, params_dtype())

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isophote.film import AOV_PLANES, COMBINED_PLANES, CUT_PLANES, INVALID, Film, FilmError
+from isophote.film import Film, FilmError
+from isophote.planes import INVALID, Planes, make_planes
+from isophote.records import plane_groups
 from isophote.settings import Settings
 from isophote.statistics import pixel_error
 
@@ -21,17 +23,39 @@ def mean_of(film: Film, sums: np.ndarray) -> np.ndarray:
     return (sums / np.maximum(film.counts, 1)).astype(np.float32)
 
 
-def mean_planes(first: int, count: int) -> Callable[[Film], np.ndarray]:
-    return lambda film: np.stack([mean_of(film, film.sum(first + c)) for c in range(count)], axis=-1)
+def sums_of(film: Film, group: str) -> np.ndarray:
+    """Sums of a group's planes over all samples, float64 (h, w, planes)."""
+    first, count = film.planes.first[group], plane_groups()[group][1]
+    return np.stack([film.sum(first + c) for c in range(count)], axis=-1)
 
 
-def first_sample_planes(first: int, count: int) -> Callable[[Film], np.ndarray]:
+def mean_planes(group: str) -> Callable[[Film], np.ndarray]:
+    return lambda film: (sums_of(film, group) / np.maximum(film.counts, 1)[..., None]).astype(np.float32)
+
+
+def first_sample_planes(group: str) -> Callable[[Film], np.ndarray]:
     """Planes to which sample 0 alone contributes. Raises FilmError for a part of a render without it."""
 
     def planes(film: Film) -> np.ndarray:
         if np.any(film.first):
-            raise FilmError(f"depth and position come from sample 0; this film begins at sample {np.max(film.first)}")
-        return np.stack([film.sum(first + c).astype(np.float32) for c in range(count)], axis=-1)
+            raise FilmError(f"{group} comes from sample 0; this film begins at sample {np.max(film.first)}")
+        return sums_of(film, group).astype(np.float32)
+
+    return planes
+
+
+def divided(light: str, color: str) -> Callable[[Film], np.ndarray]:
+    """Light over colour, as Cycles has it in direct and indirect passes: times the colour it is the light again.
+
+    Where a colour's channel is 0 the light's is, too, and the mean of the others stands in (safe_divide_even_color).
+    """
+
+    def planes(film: Film) -> np.ndarray:
+        under = sums_of(film, color)
+        there = under != 0.0
+        quotient = np.divide(sums_of(film, light), under, out=np.zeros_like(under), where=there)
+        mean = quotient.sum(-1, keepdims=True) / np.maximum(there.sum(-1, keepdims=True), 1)
+        return np.where(there, quotient, mean).astype(np.float32)
 
     return planes
 
@@ -47,7 +71,7 @@ def sample_count(film: Film) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pass:
-    """A pass: name in settings, name in Blender and in files, channel ids, whether the film must hold AOVs.
+    """A pass: name in settings, name in Blender and in files, channel ids, groups of planes that it is made of.
 
     `make` gives float32 (h, w, len(channels)), rows from the bottom.
     """
@@ -55,23 +79,45 @@ class Pass:
     name: str
     blender_name: str
     channels: str
-    needs_aovs: bool
+    groups: tuple[str, ...]
     make: Callable[[Film], np.ndarray]
+
+
+def mean_pass(name: str, blender_name: str, channels: str = "RGB") -> Pass:
+    return Pass(name, blender_name, channels, (name,), mean_planes(name))
+
+
+def divided_pass(kind: str, light: str, blender_name: str) -> Pass:
+    light, color = f"{kind}_{light}", f"{kind}_color"
+    return Pass(light, blender_name, "RGB", (light, color), divided(light, color))
+
+
+def light_passes(kind: str, short: str) -> tuple[Pass, ...]:
+    """What closures of a kind bring: by light that comes to them directly, by other light, and their colour."""
+    return (divided_pass(kind, "direct", f"{short}Dir"), divided_pass(kind, "indirect", f"{short}Ind"),
+            mean_pass(f"{kind}_color", f"{short}Col"))
 
 
 PASSES: dict[str, Pass] = {
     entry.name: entry
     for entry in (
-        Pass("combined", "Combined", "RGBA", False, combined),
-        Pass("depth", "Depth", "Z", True, first_sample_planes(9, 1)),
-        Pass("normal", "Normal", "XYZ", True, mean_planes(10, 3)),
-        Pass("albedo", "Albedo", "RGB", True, mean_planes(13, 3)),
-        Pass("position", "Position", "XYZ", True, first_sample_planes(16, 3)),
-        Pass("sample_count", "Sample Count", "X", False, sample_count),
-        Pass("invalid", "Invalid", "X", False, invalid),
-        Pass("error", "Error", "RGB", False, pixel_error),  # one standard deviation of the pixel's mean
+        Pass("combined", "Combined", "RGBA", (), combined),
+        Pass("depth", "Depth", "Z", ("depth",), first_sample_planes("depth")),
+        mean_pass("normal", "Normal", "XYZ"),
+        mean_pass("albedo", "Albedo"),
+        Pass("position", "Position", "XYZ", ("position",), first_sample_planes("position")),
+        *light_passes("diffuse", "Diff"),
+        *light_passes("glossy", "Gloss"),
+        *light_passes("transmission", "Trans"),
+        mean_pass("emission", "Emit"),
+        mean_pass("environment", "Env"),
+        Pass("sample_count", "Sample Count", "X", (), sample_count),
+        Pass("invalid", "Invalid", "X", (), invalid),
+        Pass("error", "Error", "RGB", (), pixel_error),  # one standard deviation of the pixel's mean
     )
 }
+# What a multilayer file gets where nobody says which: what costs next to nothing.
+USUAL = ("combined", "depth", "normal", "albedo", "position", "sample_count", "invalid", "error")
 
 
 def check_passes(names: Iterable[str]) -> tuple[str, ...]:
@@ -83,13 +129,12 @@ def check_passes(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in PASSES if name in names)
 
 
-def planes_for(names: Iterable[str], clamps: bool = False) -> int:
+def planes_for(names: Iterable[str], clamps: bool = False) -> Planes:
     """Planes that a film needs for these passes, and where light is clamped."""
-    planes = AOV_PLANES if any(PASSES[name].needs_aovs for name in names) else COMBINED_PLANES
-    return planes + CUT_PLANES * clamps
+    return make_planes((group for name in names for group in PASSES[name].groups), clamps)
 
 
-def film_planes(settings: Settings) -> int:
+def film_planes(settings: Settings) -> Planes:
     """Planes of a film of these settings."""
     return planes_for(settings.passes, settings.clamps)
 
@@ -99,7 +144,7 @@ def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
     made = {}
     for name in check_passes(names):
         entry = PASSES[name]
-        if entry.needs_aovs and not film.has_aovs:
-            raise FilmError(f"pass {name}: the film was made without AOVs")
+        if missing := [group for group in entry.groups if group not in film.planes.groups]:
+            raise FilmError(f"pass {name}: the film was made without {', '.join(missing)}")
         made[entry.blender_name] = entry.make(film)
     return made

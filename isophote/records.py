@@ -75,6 +75,13 @@ def scene_buffers() -> dict[str, np.dtype]:
 
 
 @cache
+def plane_groups() -> dict[str, tuple[int, int]]:
+    """Number and planes of each group of a film's planes beside Combined's, in their order."""
+    found = re.findall(r"X\((\d+), (\w+), (\d+)\)", header("params.h"))
+    return {name: (int(number), int(planes)) for number, name, planes in found}
+
+
+@cache
 def params_dtype() -> np.dtype:
     """The record Params of a work item."""
     declared = re.findall(r"X\((float|int|uint), (\w+)\)", header("params.h"))

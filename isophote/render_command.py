@@ -20,7 +20,7 @@ from isophote.device import DeviceError, open_device
 from isophote.film import Film
 from isophote.images import ImageError, check_writable, write_image
 from isophote.ledger import ledger_lines
-from isophote.passes import PASSES, check_passes, make_passes
+from isophote.passes import PASSES, USUAL, check_passes, make_passes
 from isophote.scene import Scene, SceneError, load_scene, resized
 from isophote.session import Progress, Session
 from isophote.settings import Settings
@@ -60,7 +60,7 @@ def checked_settings(output: Path, time_limit: float | None, passes: str | None,
     if time_limit:
         options = {"samples": NO_LIMIT, "time_limit": time_limit, **options}
     if passes is None:
-        passes = "combined" if output.suffix.lower() == ".png" else "all"
+        passes = "combined" if output.suffix.lower() == ".png" else ",".join(USUAL)
     try:
         names = check_passes(PASSES if passes == "all" else passes.split(","))
         return Settings(passes=names, **options), frozenset(options)

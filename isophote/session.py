@@ -103,8 +103,8 @@ class Session:
         check_passes(settings.passes)
         planes = film_planes(settings)
         self.film = film or Film(self.region, planes)
-        if self.film.region != self.region or self.film.planes < planes or self.film.is_clamped != settings.clamps:
-            raise FilmError(f"the film is of region {self.film.region} with {self.film.planes} planes; "
+        if self.film.region != self.region or self.film.planes != planes:
+            raise FilmError(f"the film is of region {self.film.region} with {self.film.planes}; "
                             f"the render needs {self.region} with {planes}")
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
                     for problem in problems if problem.severity == "warning"]
@@ -262,11 +262,11 @@ class Session:
 
     def sums_of_blocks(self, count: int) -> np.ndarray:
         """Zeros for an item of so many blocks, float32 (planes, 1, count), in memory that is used again."""
-        size = self.film.planes * count
+        size = len(self.film.totals) * count
         if size > len(self._room):
             self._room = np.empty(size, np.float32)
         self._room[:size] = 0.0
-        return self._room[:size].reshape(self.film.planes, 1, count)
+        return self._room[:size].reshape(-1, 1, count)
 
     def note_speed(self, seconds: float, paths: int) -> None:
         """Note an item. It counts twice as much as the one before, and small ones count little."""

@@ -10,9 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from isophote.planes import Planes
 from isophote.records import numbers
 
-# Columns of 4 bytes a path, by buffer; `aovs` are as many as a picture's further passes want.
+# Columns of 4 bytes a path, by buffer; `columns` are as many as the film's further planes want.
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
 KERNELS = ("generate", "extend", "shade", "complete", "connect", "accumulate")
@@ -27,11 +28,10 @@ TRACE_GROUP, RAYS_EACH, GROUPS_EACH_UNIT = 128, 8, 8
 BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bounce has left
 
 
-def path_columns(aovs: bool, clamps: bool = False) -> dict[str, int]:
-    """Columns of 4 bytes that each path takes, by buffer."""
-    n = numbers()
-    cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if clamps else {}
-    return COLUMNS | cut | {"aovs": n["PLANES_ALL"] - n["PLANES_COMBINED"] if aovs else 1}
+def path_columns(planes: Planes) -> dict[str, int]:
+    """Columns of 4 bytes that each path takes, by buffer, for a film of these planes."""
+    cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if planes.clamps else {}
+    return COLUMNS | cut | {"columns": max(planes.columns, 1)}
 
 
 def shade_group(device, cl) -> int:
@@ -42,16 +42,15 @@ def shade_group(device, cl) -> int:
 class Wavefront:
     """Room for `paths` paths, and the kernels of `program` with their arguments set once for all launches.
 
-    `cl` is the module pyopencl, `scene` the buffers in the order of kernels/scene_buffers.h. `completes`: the program
-    has the kernel of that name. Errors are those of pyopencl.
+    `cl` is the module pyopencl, `scene` the buffers in the order of kernels/scene_buffers.h. The program is for
+    films of `planes`. `completes`: it has the kernel of that name. Errors are those of pyopencl.
     """
 
-    def __init__(self, cl, queue, program, scene: list, paths: int, aovs: bool, clamps: bool = False,
-                 completes: bool = False):
-        self.cl, self.queue, self.paths, self.aovs, self.completes = cl, queue, paths, aovs, completes
+    def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, completes: bool = False):
+        self.cl, self.queue, self.paths, self.completes = cl, queue, paths, completes
         context, flags = queue.context, cl.mem_flags
         self.buffers = {name: cl.Buffer(context, flags.READ_WRITE, 4 * columns * paths)
-                        for name, columns in path_columns(aovs, clamps).items()}
+                        for name, columns in path_columns(planes).items()}
         self.limits = cl.Buffer(context, flags.READ_WRITE, 3 * 4 * numbers()["LIMITS"])
         lengths = 2 * MOST_BOUNCES + 2
         self.counts = cl.Buffer(context, flags.READ_WRITE, 4 * lengths)
@@ -67,7 +66,7 @@ class Wavefront:
             self.rays_each = RAYS_EACH
         b, stride = self.buffers, np.uint32(paths)
         path, hit = (b["reals"], b["uints"], stride), (b["hit_reals"], b["hit_uints"])
-        light, result = (b["light_reals"], b["light_uints"]), (b["results"], b["aovs"], self.limits)
+        light, result = (b["light_reals"], b["light_uints"]), (b["results"], b["columns"], self.limits)
         # The queues change places with every bounce: kernels that use them exist twice. None: set for each launch.
         self.kernels = {("generate", 0): (*scene, None, *path, *result, b["queue"], self.counts,
                                         np.uint32(lengths), None, None)}
@@ -77,8 +76,7 @@ class Wavefront:
                 ("shade", parity): (*scene, None, *path, *hit, *light, *result, b[now], b[following],
                                     b["light_queue"], self.counts, None)}
         self.kernels |= {
-            ("connect", 0): (*scene, None, stride, *light, b["results"], self.limits, b["light_queue"], self.counts,
-                               None),
+            ("connect", 0): (*scene, None, stride, *light, *result, b["light_queue"], self.counts, None),
             ("accumulate", 0): (None, stride, *result, None, None, None)}
         if completes:
             self.kernels["complete", 0] = (*scene, None, stride, *light, b["light_queue"], self.counts, None)

@@ -23,7 +23,7 @@
   X(float, clamp_indirect)                                                                     \
   X(int, cut_plane) /* the film's first plane of what clamping cuts off; 0: nothing is clamped */ \
   X(int, film_transparent)                                                                     \
-  X(int, aovs) /* 1: planes beyond combined are wanted */                                        \
+  X(uint, groups) /* mask of PLANE_GROUPS */                                                     \
   X(int, listed) /* 1: `width` pixels of a list in one row, instead of a region's */
 
 typedef struct {
@@ -38,24 +38,61 @@ typedef struct {
   uint first;
 } ListedPixel;
 
-/* Planes of the film's sums, in the order of isophote/film.py. */
+/* Planes of the film's sums: Combined's, then the groups of PLANE_GROUPS that the film has, then those of clamping. */
 #define PLANE_COMBINED 0 /* red, green, blue, alpha of replicate 0, then of replicate 1 */
 #define PLANE_INVALID 8  /* how many samples were no numbers and count as 0 */
-#define PLANE_DEPTH 9
-#define PLANE_NORMAL 10
-#define PLANE_ALBEDO 13
-#define PLANE_POSITION 16
 #define PLANES_COMBINED 9
-#define PLANES_ALL 19
-/* Behind them where light is clamped: luminance cut from direct and from indirect light of replicate 0, then of 1. */
+/* X(number, name, planes). Groups that only sample 0 makes come first (isophote/planes.py reads this list), those of
+ * light last. */
+#define PLANE_GROUPS(X)           \
+  X(0, depth, 1)                  \
+  X(1, position, 3)               \
+  X(2, normal, 3)                 \
+  X(3, albedo, 3)                 \
+  X(4, diffuse_color, 3)          \
+  X(5, glossy_color, 3)           \
+  X(6, transmission_color, 3)     \
+  X(7, diffuse_direct, 3)         \
+  X(8, diffuse_indirect, 3)       \
+  X(9, glossy_direct, 3)          \
+  X(10, glossy_indirect, 3)       \
+  X(11, transmission_direct, 3)   \
+  X(12, transmission_indirect, 3) \
+  X(13, emission, 3)              \
+  X(14, environment, 3)
+enum {
+#define X(number, name, planes) GROUP_##name = number,
+  PLANE_GROUPS(X)
+#undef X
+};
+#define GROUPS_OF_SAMPLE_0 2
+#define MOST_PLANES 64
+/* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
 #define PLANES_CUT 4
 #define LIMITS 5 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, transparent */
 
 #define DEPTH_NOTHING REAL(1e10) /* as Cycles writes where the camera sees nothing */
 
-/* Planes that an item adds to. */
-FN uint film_planes(Params p) {
-  return p.cut_plane ? uint_of(p.cut_plane) + PLANES_CUT : p.aovs ? PLANES_ALL : PLANES_COMBINED;
+/* The film's groups: code that is compiled for one film knows them. */
+#ifdef GROUPS_USED
+FN uint film_groups(Params p) { return GROUPS_USED; }
+#else
+FN uint film_groups(Params p) { return p.groups; }
+#endif
+FN int has_group(uint groups, uint group) { return (groups >> group & 1u) != 0u; }
+
+/* First plane of a group, or where it would be. */
+FN uint plane_of(uint groups, uint group) {
+  uint at = PLANES_COMBINED;
+#define X(number, name, planes) at += number < group ? (groups >> number & 1u) * planes : 0u;
+  PLANE_GROUPS(X)
+#undef X
+  return at;
 }
+/* The plane behind those of all groups. */
+FN uint planes_end(uint groups) { return plane_of(groups, 32u); }
+
+/* Planes that an item adds to. */
+FN uint film_planes(Params p) { return planes_end(film_groups(p)) + (p.cut_plane ? PLANES_CUT : 0u); }
 
 #endif

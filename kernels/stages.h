@@ -249,58 +249,6 @@ FN uint ending_limits(Params params, Material m, Path p) {
   return m.count ? reached_limits(params, p.bounces, passed) : 0u;
 }
 
-/* -------------------------------------------------------------- other passes */
-
-/* Passes beside Combined show the first surface. Depth and position are those of sample 0, as in Cycles. */
-typedef struct {
-  real depth;
-  real3 normal, albedo, position;
-} Aovs;
-
-#define AOV_PLANES(X)                                                                      \
-  X(PLANE_DEPTH, a.depth)                                                                  \
-  X(PLANE_NORMAL, a.normal.x) X(PLANE_NORMAL + 1, a.normal.y) X(PLANE_NORMAL + 2, a.normal.z) \
-  X(PLANE_ALBEDO, a.albedo.x) X(PLANE_ALBEDO + 1, a.albedo.y) X(PLANE_ALBEDO + 2, a.albedo.z) \
-  X(PLANE_POSITION, a.position.x) X(PLANE_POSITION + 1, a.position.y) X(PLANE_POSITION + 2, a.position.z)
-
-FN int plane_takes(uint plane, uint sample) {
-  return (sample == 0u) | ((plane != PLANE_DEPTH) & (plane < PLANE_POSITION));
-}
-
-FN int shows_surface(Path p) { return path_vertex(p) == 0; }
-
-FN Aovs no_aovs(void) {
-  Aovs a;
-  a.depth = DEPTH_NOTHING;
-  a.normal = zero3();
-  a.albedo = zero3();
-  a.position = zero3();
-  return a;
-}
-
-/* Albedo: closures' directional albedos towards the viewer, emission as white. */
-FN Aovs make_aovs(Scene s, Material m, Surface at, Path p, const real *r) {
-  Aovs a;
-  Choice choice = make_choice(REAL(0.0));
-  a.albedo = zero3();
-  real3 normals = zero3();
-  for (uint k = 0u; k < m.count; k++) {
-    Instruction i = s.instructions[m.first + k];
-    Closure c = closure_of(i, r);
-    Frame frame = frame_of(i, at, r);
-    real3 wo = to_local(frame, make_real3(-p.dx, -p.dy, -p.dz));
-    if (is_closure(i.op)) normals = normals + frame.z * average3(abs3(closure_weight(c, choice)));
-    a.albedo = a.albedo + albedo_closure(c, at.backfacing, s.albedo_tables, wo) * closure_weight(c, choice);
-    choice.layer = layer_closure(c, at.backfacing, s.albedo_tables, wo, choice.layer);
-  }
-  a.depth = camera_depth(s.camera[0], at.p);
-  a.normal = at.ns;
-  int bumps = (SCENE_FEATURES & FEATURE_BUMP) && (m.flags & MATERIAL_BUMPS);
-  if (bumps && dot3(normals, normals) > REAL(0.0)) a.normal = normalize3(normals);
-  a.position = at.p + load3(s.world[0].origin);
-  return a;
-}
-
 /* ----------------------------------------------------------------- connect */
 
 /* A shadow ray on its way in a scene with transparent surfaces. */

@@ -3,9 +3,10 @@
  * Paths lie in structures of arrays, a column a path; queues hold the columns of those that live.
  * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
  * stay on the device. A launch has at least as many work-items as its queue is long.
- * The host defines SCENE_FEATURES, CLOSURES_USED and CLAMPS, so that what the scene lacks is not compiled.
+ * The host defines SCENE_FEATURES, CLOSURES_USED, GROUPS_USED and CLAMPS, so that what scene and film lack is not
+ * compiled.
  * limits[k] counts the paths of a pass that the k-th bounce limit has ended; behind are the 64-bit sums of passes. */
-#include "stages.h"
+#include "passes.h"
 #include "shine.h"
 
 #define SCENE_PARAMETERS \
@@ -19,8 +20,8 @@
 #define PATH_PARAMETERS GLOBAL real *reals, GLOBAL uint *uints, uint stride
 #define HIT_PARAMETERS GLOBAL real *hit_reals, GLOBAL uint *hit_uints
 #define LIGHT_PARAMETERS GLOBAL real *light_reals, GLOBAL uint *light_uints
-#define RESULT_PARAMETERS GLOBAL real *results, GLOBAL real *aovs, GLOBAL uint *limits
-#define RESULT_ARGUMENTS results, aovs, limits
+#define RESULT_PARAMETERS GLOBAL real *results, GLOBAL real *columns, GLOBAL uint *limits
+#define RESULT_ARGUMENTS results, columns, limits
 #define QUEUE_PARAMETERS GLOBAL const uint *queue, GLOBAL uint *next_queue, GLOBAL uint *light_queue, GLOBAL uint *counts
 
 FN void store_hit(HIT_PARAMETERS, uint stride, uint i, Hit h) {
@@ -73,11 +74,13 @@ FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
   return c;
 }
 
-FN void add_result(GLOBAL real *results, uint stride, uint slot, Brought b) {
+/* `columns` are those of passes.h, `from` as there. */
+FN void add_result(GLOBAL real *results, GLOBAL real *columns, uint stride, uint slot, Params params, Brought b, uint from) {
   results[slot] += b.light.x;
   results[stride + slot] += b.light.y;
   results[2u * stride + slot] += b.light.z;
   if (CLAMPS) results[(4u + uint_of(b.indirect)) * stride + slot] += cut_luminance(b);
+  if (has_any(film_groups(params), GROUPS_LIGHT)) add_light_passes(columns, stride, slot, film_groups(params), b, from);
 }
 
 FN void count_limits(GLOBAL uint *limits, uint reached) {
@@ -90,7 +93,7 @@ FN GLOBAL const ListedPixel *listed_pixels(GLOBAL const Params *params_buffer) {
 }
 
 /* Number `slot` of a pass: samples of the pixels from first_pixel on, those of one pixel side by side. */
-FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *results, GLOBAL real *aovs, uint stride,
+FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *results, GLOBAL real *columns, uint stride,
                    uint first_pixel, uint slot) {
   Params params = params_buffer[0];
   uint pixel = first_pixel + slot / params.samples;
@@ -103,12 +106,7 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
     results[4u * stride + slot] = REAL(0.0);
     results[5u * stride + slot] = REAL(0.0);
   }
-  if (params.aovs) {
-    Aovs a = no_aovs();
-#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + slot] = value;
-    AOV_PLANES(X)
-#undef X
-  }
+  clear_columns(columns, stride, slot, film_groups(params));
   if (params.listed) {
     ListedPixel listed = listed_pixels(params_buffer)[pixel];
     return generate_path(s, params, listed.x, listed.y, listed.first + sample, slot);
@@ -123,7 +121,7 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   uint i = get_global_id(0);
   for (uint k = i; k < counts_length; k += get_global_size(0)) counts[k] = k ? 0u : count;
   if (i >= count) return;
-  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, aovs, stride, first_pixel, i));
+  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, columns, stride, first_pixel, i));
   queue[i] = i;
 }
 
@@ -169,12 +167,20 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   }
 }
 
+/* The whole BSDF in a direction, and where light is told apart by closures what parts of it those have. */
+typedef struct {
+  BsdfValue value;
+  Shares parts;
+} Evaluated;
+
 /* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. */
-FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world,
-                               const real *r) {
+FN Evaluated evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world,
+                               const real *r, int split) {
   Frame shading = make_frame(at.ns);
   real3 surface_wo = to_local(shading, wo_world), surface_wi = to_local(shading, wi_world);
   Choice c = make_choice(REAL(0.0));
+  Evaluated made;
+  made.parts = no_shares();
   BsdfValue sum = make_value(zero3(), REAL(0.0));
   for (uint k = 0u; k < m.count; k++) {
     Instruction i = s.instructions[m.first + k];
@@ -194,12 +200,15 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
         value = one_sided_closure(at.ng, wi_world, wi, value);
         if ((i.flags & INSTRUCTION_SOFTENED) && is_diffuse(i.op)) value = soften_bump(at.ns, own_frame(i, r).z, wi_world, value);
       }
+      real3 before = sum.f;
       sum = add_closure(sum, value, weight, share, all.total);
+      if (split) made.parts = add_part(made.parts, before, sum.f, is_diffuse(i.op), wi.z);
     } else {
       c.layer = layer_closure(one, at.backfacing, s.albedo_tables, wo, c.layer);
     }
   }
-  return SCENE_FEATURES & FEATURE_BUMP ? sum : one_sided(at, wi_world, sum);
+  made.value = SCENE_FEATURES & FEATURE_BUMP ? sum : one_sided(at, wi_world, sum);
+  return made;
 }
 
 typedef struct {
@@ -209,7 +218,7 @@ typedef struct {
 } Shaded;
 
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
-  add_result(results, stride, p.slot, see_world(s, params, p, r));
+  add_result(results, columns, stride, p.slot, params, see_world(s, params, p, r), seen_from(p, GROUP_environment));
   results[3u * stride + p.slot] -= lost_alpha(params, p);
 }
 
@@ -222,7 +231,9 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     for (uint l = 0u; l < s.world[0].lamp_count; l++) {
       if (!(s.lights[l].size_u > 0.0f)) continue;
       LightHit seen = find_lamp(s.lights[l], p, h);
-      if (seen.hit) add_result(results, stride, p.slot, see_lamp(s, params, s.lights[l], p, seen));
+      if (seen.hit)
+        add_result(results, columns, stride, p.slot, params, see_lamp(s, params, s.lights[l], p, seen),
+                   seen_from(p, GROUP_emission));
     }
   }
   real registers[REGISTERS];
@@ -244,13 +255,11 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     miss_scene(s, params, p, RESULT_ARGUMENTS, stride, registers);
     return r;
   }
-  if (params.aovs && shows_surface(p)) {
-    Aovs a = make_aovs(s, m, at, p, registers);
-#define X(plane, value) aovs[(plane - PLANES_COMBINED) * stride + p.slot] = value;
-    AOV_PLANES(X)
-#undef X
-  }
-  if (m.flags & MATERIAL_EMITS) add_result(results, stride, p.slot, see_emission(s, params, m, p, h, registers));
+  uint groups = film_groups(params);
+  if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, registers);
+  if (m.flags & MATERIAL_EMITS)
+    add_result(results, columns, stride, p.slot, params, see_emission(s, params, m, p, h, registers),
+               seen_from(p, GROUP_emission));
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
     results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
   if (p.status & PATH_LAST_HIT) {
@@ -301,21 +310,28 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
 
   /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
    * their code twice shading took a tenth longer on an H200 and compiled for 0.8 s more. */
-  BsdfValue value = make_value(zero3(), REAL(0.0)), of_light = value;
+  int split = has_any(groups, GROUPS_SPLIT) && path_bounce(p) == 0;
+  Evaluated next, of_light;
+  next.value = make_value(zero3(), REAL(0.0));
+  next.parts = no_shares();
 #pragma unroll 1
   for (int turn = lit ? 0 : 1; turn < 2; turn++) {
-    of_light = value;
-    value = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction, registers);
+    of_light = next;
+    next = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction, registers, split);
+  }
+  if (split) {
+    store_shares(columns, stride, p.slot, groups, SHARES_OF_PATH, path_shares(next.parts, next.value.f, sample));
+    if (lit) store_shares(columns, stride, p.slot, groups, SHARES_OF_LIGHT, make_shares(of_light.parts, of_light.value.f));
   }
   if (lit) {
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
-    r.connection = connect_light(params, at, light, of_light, p);
+    r.connection = connect_light(params, at, light, of_light.value, p);
     r.connected = !is_dark(r.connection.brought.light);
   }
-  Scattered next = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, value,
-                                sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
-  r.path = next.path;
-  r.alive = next.alive;
+  Scattered on = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, next.value,
+                              sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
+  r.path = on.path;
+  r.alive = on.alive;
   return r;
 }
 
@@ -338,7 +354,7 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   if (k < counts[2u * bounce]) {
     i = queue[k];
     Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
-                          results, aovs, limits, stride);
+                          results, columns, limits, stride);
     lives = r.alive;
     connects = r.connected;
     if (lives) {
@@ -375,8 +391,8 @@ __kernel void complete(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL c
 }
 #endif
 
-__kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL real *results, GLOBAL uint *limits,
-                      GLOBAL const uint *light_queue, GLOBAL const uint *counts, uint bounce) {
+__kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PARAMETERS, GLOBAL const uint *light_queue,
+                      GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
   __local uint next;
   Share share = share_of_group(counts[2u * bounce + 1u]);
@@ -393,7 +409,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
       if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
         real registers[REGISTERS];
         Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
-        add_result(results, stride, i, behind_shadow(c.brought, d));
+        add_result(results, columns, stride, i, params, behind_shadow(c.brought, d), FROM_LIGHT);
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);
         continue;
@@ -402,7 +418,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, GLOBAL re
     }
     go_on(&w, stack, s, 1, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {
-      if (w.best.instance == NONE) add_result(results, stride, i, c.brought);
+      if (w.best.instance == NONE) add_result(results, columns, stride, i, params, c.brought, FROM_LIGHT);
       k = atomic_inc(&next);
     }
   }
@@ -420,7 +436,7 @@ __kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT
     limits[k] = 0u;
   }
   if (k >= pixels) return;
-  uint plane = uint_of(params.width) * uint_of(params.height);
+  uint plane = uint_of(params.width) * uint_of(params.height), groups = film_groups(params);
   uint at = first_pixel + k;
   uint first_sample = params.first_sample + (params.listed ? listed_pixels(params_buffer)[at].first : 0u);
   for (uint n = 0u; n < params.samples; n++) {
@@ -434,12 +450,12 @@ __kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT
         for (uint c = 0u; c < 2u; c++)
           sums[(uint_of(params.cut_plane) + 2u * (sample & 1u) + c) * plane + at] += results[(4u + c) * stride + slot];
     }
-    if (params.aovs) {
-      for (uint a = PLANES_COMBINED; a < PLANES_ALL; a++) {
-        real value = aovs[(a - PLANES_COMBINED) * stride + slot];
-        valid &= is_addable(value);
-        if (plane_takes(a, sample) && is_addable(value)) sums[a * plane + at] += value;
-      }
+    int lit = valid;
+    for (uint a = PLANES_COMBINED; a < planes_end(groups); a++) {
+      real value = columns[(a - PLANES_COMBINED) * stride + slot];
+      valid &= is_addable(value);
+      if (plane_takes(groups, a, sample) & is_addable(value) & (lit | (a < first_light_plane(groups))))
+        sums[a * plane + at] += value;
     }
     if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;
   }

@@ -51,11 +51,15 @@ struct Batch {
   /* connections */
   alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
   alignas(64) real connection_cut[CAPACITY]; /* where light is clamped */
+  /* where light is told apart by closures: the BSDF without the closure under way, and parts of it (Shares) */
+  alignas(64) real before_r[CAPACITY], before_g[CAPACITY], before_b[CAPACITY];
+  alignas(64) real diffuse_r[CAPACITY], diffuse_g[CAPACITY], diffuse_b[CAPACITY];
+  alignas(64) real glossy_r[CAPACITY], glossy_g[CAPACITY], glossy_b[CAPACITY];
   Shadow shadows[CAPACITY]; /* of connections in scenes with transparent surfaces */
   /* results by slot */
   alignas(64) real red[CAPACITY], green[CAPACITY], blue[CAPACITY], alpha[CAPACITY];
   alignas(64) real cut[2][CAPACITY]; /* luminance that clamping took from direct and indirect light */
-  alignas(64) real aov[PLANES_ALL - PLANES_COMBINED][CAPACITY];
+  std::vector<real> slot_columns; /* kernels/passes.h: of the film's further planes, a column each */
 
   /* Values of materials, a column a register: of the surfaces being shaded, and of those that shadow rays meet. */
   std::vector<real> registers, shadow_registers;
@@ -87,12 +91,14 @@ FN Hit load_hit(const Batch &b, uint i) {
   return h;
 }
 
-static void add_light(Batch &__restrict b, Params params, uint i, Brought brought) {
+static void add_light(Batch &__restrict b, Params params, uint i, Brought brought, uint from) {
   uint slot = b.columns().uints[PATH_UINT_slot * CAPACITY + i];
   b.red[slot] += brought.light.x;
   b.green[slot] += brought.light.y;
   b.blue[slot] += brought.light.z;
   if (params.cut_plane) b.cut[brought.indirect][slot] += cut_luminance(brought);
+  if (has_any(params.groups, GROUPS_LIGHT))
+    add_light_passes(b.slot_columns.data(), CAPACITY, slot, params.groups, brought, from);
 }
 
 FN Brought load_brought(Batch &b, Params params, uint i) {
@@ -139,7 +145,6 @@ FN Point load_point(const Batch &b, Columns c, uint i) {
 
 FN real3 shading_normal(const Batch &b, uint i) { return make_real3(b.nsx[i], b.nsy[i], b.nsz[i]); }
 
-
 FN Path path_at(Columns c, uint i) { return load_path(c.reals, c.uints, CAPACITY, i); }
 FN real3 local_wo(Columns c, Frame frame, uint i) {
   return to_local(frame, make_real3(-c.reals[PATH_REAL_dx * CAPACITY + i], -c.reals[PATH_REAL_dy * CAPACITY + i],
@@ -148,12 +153,6 @@ FN real3 local_wo(Columns c, Frame frame, uint i) {
 
 /* The loop over the paths [first, end) of a group. Each path is on its own: nothing aliases. */
 #define FOR_PATHS(i, first, end) _Pragma("omp simd") for (uint i = (first); i < (end); i++)
-
-FN void store_aovs(Batch &__restrict b, uint slot, Aovs a) {
-#define X(plane, value) b.aov[plane - PLANES_COMBINED][slot] = value;
-  AOV_PLANES(X)
-#undef X
-}
 
 }  // namespace ISOPHOTE_VARIANT
 }  // namespace isophote

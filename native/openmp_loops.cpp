@@ -43,8 +43,8 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
   }
   if (params.cut_plane)
     for (real *cut : b.cut) std::fill(cut, cut + count, REAL(0.0));
-  if (params.aovs)
-    for (uint i = 0; i < b.count; i++) store_aovs(b, i, no_aovs());
+  if (params.groups)
+    for (uint i = 0; i < b.count; i++) clear_columns(b.slot_columns.data(), CAPACITY, i, params.groups);
 }
 
 /* ------------------------------------------------------------------ extend */
@@ -130,9 +130,9 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
 static void accumulate_batch(const Batch &b, Params params, const Part &part, uint first_sample, uint samples,
                              float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
-  uint planes = film_planes(params);
+  uint planes = film_planes(params), groups = params.groups, end = planes_end(groups), first_light = first_light_plane(groups);
   for (uint pixel = 0; pixel < part.pixels; pixel++) {
-    float total[PLANES_ALL + PLANES_CUT];
+    float total[MOST_PLANES];
     for (uint p = 0; p < planes; p++) total[p] = sums[p * plane + part.at[pixel]];
     for (uint k = 0; k < samples; k++) {
       uint slot = pixel * samples + k, sample = part.first[pixel] + first_sample + k;
@@ -150,10 +150,11 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
           cut[1] += to_float(b.cut[1][slot]);
         }
       }
-      for (uint a = PLANES_COMBINED; params.aovs && a < PLANES_ALL; a++) {
-        real value = b.aov[a - PLANES_COMBINED][slot];
+      int lit = valid;
+      for (uint a = PLANES_COMBINED; a < end; a++) {
+        real value = b.slot_columns[(a - PLANES_COMBINED) * CAPACITY + slot];
         valid &= is_addable(value);
-        if (plane_takes(a, sample) && is_addable(value)) total[a] += to_float(value);
+        if (plane_takes(groups, a, sample) & is_addable(value) & (lit | int(a < first_light))) total[a] += to_float(value);
       }
       if (!valid) total[PLANE_INVALID] += 1.0f;
     }
@@ -230,6 +231,7 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     FlushGuard guard;
     auto batch = std::make_unique<Batch>();
     make_registers(*batch, s);
+    batch->slot_columns.resize(size_t(pass_columns(cut.params.groups)) * CAPACITY);
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
 #pragma omp for schedule(dynamic, 1)

@@ -1,7 +1,7 @@
 /* The loops that shade a group of paths of one material, one instruction at a time. Included once a
  * variant. Values and arithmetic are those of kernels/stages.h; only the order of loops is here. */
 #pragma once
-#include "value_loops.h"
+#include "pass_loops.h"
 
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
@@ -26,7 +26,8 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
       seen.hit = 1;
       seen.radiance = make_real3(b.fr[i], b.fg[i], b.fb[i]);
       seen.pdf = b.light_pdf[i];
-      add_light(b, params, i, see_lamp(s, params, lamp, path_at(columns, i), seen));
+      Path p = path_at(columns, i);
+      add_light(b, params, i, see_lamp(s, params, lamp, p, seen), seen_from(p, GROUP_emission));
     }
   }
 }
@@ -48,7 +49,7 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)));
+    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment));
     b.alpha[p.slot] -= lost_alpha(params, p);
     b.alive[i] = 0;
   }
@@ -65,8 +66,10 @@ static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
 
 static void shade_emission(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
-  for (uint i = g.first; i < g.end; i++)
-    add_light(b, params, i, see_emission(s, params, m, path_at(columns, i), load_hit(b, i), registers_at(b, i)));
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    add_light(b, params, i, see_emission(s, params, m, p, load_hit(b, i), registers_at(b, i)), seen_from(p, GROUP_emission));
+  }
 }
 
 FN LightWalk load_walk(const Batch &b, uint i) {
@@ -296,17 +299,24 @@ static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
   }
 }
 
-/* Value of the whole BSDF of the group towards the given world directions, into fr, fg, fb and pdf. */
-static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g, const real *dx, const real *dy, const real *dz) {
+/* Value of the whole BSDF of the group towards the given world directions, into fr, fg, fb and pdf; where `split` also
+ * its parts. */
+static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g, const real *dx, const real *dy, const real *dz,
+                              bool split) {
   for (real *column : {b.fr, b.fg, b.fb, b.pdf}) std::fill(column + g.first, column + g.end, REAL(0.0));
+  if (split)
+    for (real *column : {b.diffuse_r, b.diffuse_g, b.diffuse_b, b.glossy_r, b.glossy_g, b.glossy_b})
+      std::fill(column + g.first, column + g.end, REAL(0.0));
   for (uint k = 0; k < m.count; k++) {
     Bound c = bind_instruction(b, s.instructions[m.first + k]);
+    if (split) keep_value(b, g);
     switch (c.i.op) {
 #define X(number, name, class_) \
   case number: RUN(evaluate_##name, b, g, c, k, s.albedo_tables, dx, dy, dz); break;
       CLOSURES(X)
 #undef X
     }
+    if (split) add_parts(b, g, is_diffuse(c.i.op), c.nx, c.ny, c.nz, dx, dy, dz);
   }
   if (m.flags & MATERIAL_BUMPS) return; /* each closure was one-sided */
   FOR_PATHS(i, g.first, g.end) {
@@ -317,12 +327,6 @@ static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g,
     b.fb[i] = v.f.z;
     b.pdf[i] = v.pdf;
   }
-}
-
-/* Of the sampled direction only the height over the closure's horizon is asked for in its frame. */
-FN BsdfSample load_sample(const Batch &b, uint i) {
-  return make_sample(make_real3(REAL(0.0), REAL(0.0), b.height[i]), make_real3(b.sr[i], b.sg[i], b.sb[i]), b.delta[i],
-                     b.label[i], b.valid[i]);
 }
 
 static void sample_closures(Batch &__restrict b, Scene s, Material m, Group g) {
@@ -423,21 +427,12 @@ static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material
   }
 }
 
-static void shade_aovs(Batch &__restrict b, Scene s, Material m, Group g) {
-  Columns columns = b.columns();
-  for (uint i = g.first; i < g.end; i++) {
-    Path p = path_at(columns, i);
-    if (!shows_surface(p)) continue;
-    store_aovs(b, p.slot, make_aovs(s, m, load_surface(b, i, g.material), p, registers_at(b, i)));
-  }
-}
-
 template <uint FEATURES>
 static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   Material m = s.materials[g.material];
   make_surfaces<FEATURES>(b, s, g);
   run_values(b, s, m, g);
-  if (params.aovs) shade_aovs(b, s, m, g);
+  if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
   if (g.last) {
@@ -445,6 +440,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     return;
   }
   choose_closures(b, s, m, g);
+  bool split = has_any(params.groups, GROUPS_SPLIT);
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
     choose_lights(b, s, m, g);
@@ -453,14 +449,16 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     else if (features & FEATURE_SHINES) draw_lights<FEATURE_LAMPS | FEATURE_SHINES>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
-    evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz);
+    evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, split);
+    if (split) note_light_shares(b, params, g);
     if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
     else connect_lights<false>(b, params, g);
     if (features & FEATURE_SHINES) shine_lights(b, s, params, g);
     connect_batch(b, s, params, g, features);
   }
   sample_closures(b, s, m, g);
-  evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz);
+  evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz, split);
+  if (split) note_path_shares(b, params, g);
   scatter_paths(b, params, m, g);
 }
 

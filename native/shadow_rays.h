@@ -17,7 +17,7 @@ struct ShadowRays {
   Ray ray(uint i) const { return light_ray(b, b.key[i]); }
   void store(uint i, const Hit &h) {
     uint at = b.key[i];
-    if (h.instance == NONE) add_light(b, params, at, load_brought(b, params, at));
+    if (h.instance == NONE) add_light(b, params, at, load_brought(b, params, at), FROM_LIGHT);
   }
 };
 
@@ -64,7 +64,7 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     going = left;
   }
   for (uint i = 0; i < count; i++)
-    add_light(b, params, b.key[i], behind_shadow(load_brought(b, params, b.key[i]), b.shadows[i]));
+    add_light(b, params, b.key[i], behind_shadow(load_brought(b, params, b.key[i]), b.shadows[i]), FROM_LIGHT);
 }
 
 }  // namespace ISOPHOTE_VARIANT

@@ -4,8 +4,8 @@
 #ifndef ISOPHOTE_REFERENCE
 #include "few_triangles.h"
 #endif
+#include "../kernels/passes.h"
 #include "../kernels/shine.h"
-#include "../kernels/stages.h"
 #include "wide_tree.h"
 
 namespace isophote {

@@ -95,19 +95,19 @@ class StudyDevice(OpenCLDevice):
         except self.cl.Error as error:
             raise DeviceError(f"opencl: {self.variant} does not compile for {self.name}: {error}") from error
 
-    def paths_at_once(self, item: WorkItem, film_bytes: int, aovs: bool) -> int:
+    def paths_at_once(self, item: WorkItem, film_bytes: int) -> int:
         """As the shipping device, but for as many paths as the variant asks for and samples as its schedule takes."""
         if not self.variant.paths:
-            return super().paths_at_once(item, film_bytes, aovs)
+            return super().paths_at_once(item, film_bytes)
         x0, y0, x1, y1 = item.region
         pixels = max(1, self.variant.paths * SCHEDULES[self.variant.schedule].samples_per_path // item.samples)
         return min(pixels, (x1 - x0) * (y1 - y0)) * item.samples
 
-    def reserve(self, paths: int, aovs: bool) -> None:
+    def reserve(self, paths: int) -> None:
         """Room for a pass of so many samples."""
-        if self.wavefront is None or self.wavefront.paths < paths or self.wavefront.aovs < aovs:
+        if self.wavefront is None or self.wavefront.paths < paths:
             self.wavefront = None
-            self.wavefront = self.calling(SCHEDULES[self.variant.schedule], self, paths, aovs)
+            self.wavefront = self.calling(SCHEDULES[self.variant.schedule], self, paths)
 
     def render(self, item, settings, sums, cancelled) -> int:
         done = super().render(item, settings, sums, cancelled)

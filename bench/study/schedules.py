@@ -25,9 +25,9 @@ class Shipping(Wavefront):
 
     samples_per_path = 1
 
-    def __init__(self, device, paths: int, aovs: bool):
-        super().__init__(device.cl, device.queue, device.program, [*device.scene.values()], paths, aovs,
-                         device.settings.clamps)
+    def __init__(self, device, paths: int):
+        super().__init__(device.cl, device.queue, device.program, [*device.scene.values()], paths,
+                         device.planes)
         self.device = device
         if device.variant.group:
             self.group = dict.fromkeys(self.group, device.variant.group)
@@ -43,14 +43,13 @@ class Schedule:
 
     samples_per_path = 1
 
-    def __init__(self, device, paths: int, aovs: bool):
-        self.device, self.paths, self.aovs = device, paths, aovs
-        b = {name: device.buffer(4 * count * paths)
-             for name, count in path_columns(aovs, device.settings.clamps).items()}
+    def __init__(self, device, paths: int):
+        self.device, self.paths = device, paths
+        b = {name: device.buffer(4 * count * paths) for name, count in path_columns(device.planes).items()}
         self.limits = device.buffer(3 * 4 * numbers()["LIMITS"])
         self.buffers, self.path = b, (b["reals"], b["uints"], U(paths))
         self.hit, self.light = (b["hit_reals"], b["hit_uints"]), (b["light_reals"], b["light_uints"])
-        self.result = (b["results"], b["aovs"], self.limits)
+        self.result = (b["results"], b["columns"], self.limits)
         self.reserve(paths)
 
     def reserve(self, paths: int) -> None:
@@ -114,7 +113,7 @@ class Pipeline(Schedule):
                     U(self.paths), queue, self.buffers["light_queue"], self.counts, U(bounce))
         together = self.device.variant.traversal == "list_local"
         self.launch("connect_together" if together else "connect_slots", self.size(places), params, *self.path,
-                    *self.light, self.buffers["results"], U(self.paths), self.buffers["light_queue"], self.counts,
+                    *self.light, *self.result, U(self.paths), self.buffers["light_queue"], self.counts,
                     U(bounce))
         return queue
 

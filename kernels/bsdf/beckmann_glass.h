@@ -66,4 +66,10 @@ FN real3 albedo_beckmann_glass(Closure c, int backfacing, GLOBAL const float *ta
   return param3(c, BECKMANN_GLASS_TINT);
 }
 
+/* As through a smooth interface. */
+FN real3 transmitted_beckmann_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  if (!(param(c, BECKMANN_GLASS_REFLECTS) > REAL(0.0))) return param3(c, BECKMANN_GLASS_TINT);
+  return beckmann_fresnel(c, interface_ior(param(c, BECKMANN_GLASS_IOR), backfacing), wo.z).transmittance;
+}
+
 #endif

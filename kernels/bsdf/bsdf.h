@@ -92,6 +92,14 @@
   X(OP_LAYER_RESET, reset)                 \
   X(OP_LAYER_FILM_SPECULAR, film_specular)
 
+/* X(number, name): transmitted_NAME exists, the part of albedo_NAME that goes through. */
+#define TRANSMITTERS(X)                   \
+  X(OP_REFRACTION, refraction)            \
+  X(OP_GLASS, glass)                      \
+  X(OP_PRINCIPLED_GLASS, principled_glass) \
+  X(OP_FILM_GLASS, film_glass)            \
+  X(OP_BECKMANN_GLASS, beckmann_glass)
+
 /* Operations that the scene's programs hold, as bits: what is not used is not compiled (OpenCL). */
 #ifndef CLOSURES_USED
 #define CLOSURES_USED 0xffffffffu
@@ -127,6 +135,17 @@ FN real3 albedo_closure(Closure c, int backfacing, GLOBAL const float *tables, r
 #define X(number, name, labels) \
   case number: if (IS_USED(number)) return albedo_##name(c, backfacing, tables, wo); break;
     CLOSURES(X)
+#undef X
+    default: break;
+  }
+  return zero3();
+}
+
+FN real3 transmitted_closure(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  switch (c.op) {
+#define X(number, name) \
+  case number: if (IS_USED(number)) return transmitted_##name(c, backfacing, tables, wo); break;
+    TRANSMITTERS(X)
 #undef X
     default: break;
   }

@@ -28,4 +28,8 @@ FN real3 albedo_film_glass(Closure c, int backfacing, GLOBAL const float *tables
   return albedo_interface(film_interface(c, backfacing), tables, wo);
 }
 
+FN real3 transmitted_film_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  return transmitted_interface(film_interface(c, backfacing), tables, wo);
+}
+
 #endif

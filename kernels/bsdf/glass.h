@@ -34,4 +34,8 @@ FN real3 albedo_glass(Closure c, int backfacing, GLOBAL const float *tables, rea
   return albedo_interface(glass_interface(c, backfacing), tables, wo);
 }
 
+FN real3 transmitted_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  return transmitted_interface(glass_interface(c, backfacing), tables, wo);
+}
+
 #endif

@@ -89,5 +89,9 @@ FN real3 albedo_interface(Interface s, GLOBAL const float *tables, real3 wo) {
   real3 reflected = select3(s.film > THINNEST_FILM, smooth.reflectance, mix_to_white(s.f0, rise) * s.reflection);
   return (reflected + smooth.transmittance) * interface_compensation(s, tables, wo.z).saturation;
 }
+/* The part of it that is refracted. */
+FN real3 transmitted_interface(Interface s, GLOBAL const float *tables, real3 wo) {
+  return interface_fresnel(s, min_real(wo.z, REAL(1.0))).transmittance * interface_compensation(s, tables, wo.z).saturation;
+}
 
 #endif

@@ -38,4 +38,8 @@ FN real3 albedo_principled_glass(Closure c, int backfacing, GLOBAL const float *
   return albedo_interface(principled_interface(c, backfacing), tables, wo);
 }
 
+FN real3 transmitted_principled_glass(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  return transmitted_interface(principled_interface(c, backfacing), tables, wo);
+}
+
 #endif

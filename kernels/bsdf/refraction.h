@@ -37,4 +37,8 @@ FN real3 albedo_refraction(Closure c, int backfacing, GLOBAL const float *tables
   return splat3(REAL(1.0));
 }
 
+FN real3 transmitted_refraction(Closure c, int backfacing, GLOBAL const float *tables, real3 wo) {
+  return splat3(REAL(1.0));
+}
+
 #endif

@@ -8,7 +8,7 @@ __kernel void start_slots(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, 
   MAKE_SCENE
   uint i = get_global_id(0);
   if (i >= count) return;
-  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, aovs, stride, first_pixel, i));
+  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, columns, stride, first_pixel, i));
   queue[i] = i;
 }
 
@@ -37,7 +37,7 @@ __kernel void shade_slots(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIG
     uint i = k < count ? queue[k] : NONE;
     if (i != NONE) {
       Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
-                            results, aovs, limits, result_stride);
+                            results, columns, limits, result_stride);
       if (r.alive) {
         store_path(reals, uints, stride, i, r.path);
         atomic_inc(&alive);
@@ -53,7 +53,7 @@ __kernel void shade_slots(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIG
   }
 }
 
-__kernel void connect_slots(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS, GLOBAL real *results,
+__kernel void connect_slots(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS, RESULT_PARAMETERS,
                             uint result_stride, GLOBAL const uint *light_queue, GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
   uint count = counts[2u * bounce];
@@ -63,7 +63,8 @@ __kernel void connect_slots(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS,
     Connection c = load_connection(light_reals, light_uints, stride, i);
     real registers[REGISTERS];
     Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
-    add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], behind_shadow(c.brought, d));
+    add_result(results, columns, result_stride, uints[PATH_UINT_slot * stride + i], params, behind_shadow(c.brought, d),
+               FROM_LIGHT);
   }
 }
 
@@ -84,7 +85,7 @@ __kernel void extend_together(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS,
 }
 
 /* Shadow rays in scenes without transparent surfaces; the host refuses others. */
-__kernel void connect_together(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS, GLOBAL real *results,
+__kernel void connect_together(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS, RESULT_PARAMETERS,
                                uint result_stride, GLOBAL const uint *light_queue, GLOBAL const uint *counts,
                                uint bounce) {
   MAKE_SCENE
@@ -96,7 +97,7 @@ __kernel void connect_together(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETE
     Connection c = load_connection(light_reals, light_uints, stride, i == NONE ? 0u : i);
     Hit h = trace_list_together(s, c.ray, 1, i != NONE, chunk);
     if (i != NONE && h.instance == NONE)
-      add_result(results, result_stride, uints[PATH_UINT_slot * stride + i], c.brought);
+      add_result(results, columns, result_stride, uints[PATH_UINT_slot * stride + i], params, c.brought, FROM_LIGHT);
   }
 }
 #endif
@@ -122,7 +123,7 @@ __kernel void regenerate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, u
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     if (wants && first + rank < samples) {
-      store_path(reals, uints, stride, k, start_path(s, params_buffer, results, aovs, result_stride, first_pixel, first + rank));
+      store_path(reals, uints, stride, k, start_path(s, params_buffer, results, columns, result_stride, first_pixel, first + rank));
       queue[k] = k;
     }
   }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The add-on in real Blenders: registering, results, passes, regions, errors, cancelling."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,21 @@ def test_passes_of_two_view_layers(host):
     assert np.abs(position).max() == pytest.approx(1, abs=1e-3), "on the surface of the cube, in the world"
     assert (channels["ViewLayer.Error.R"] >= 0).all() and channels["ViewLayer.Error.R"].max() > 0
     assert "Isophote: device" in log and "error" in log
+
+
+def test_light_passes_are_those_of_cycles(host):
+    """By their names in this version, and by their means: of light that is not yet divided by its colour."""
+    found, _ = host.scenario("light_passes")
+    theirs, ours = (read(host.folder / f"{engine}.exr") for engine in ("cycles", "isophote"))
+    assert set(theirs) == set(ours)
+    light = [name for name in theirs if name.rsplit(".", 1)[-1] in "RGB"]
+    assert len(light) == 3 * 12
+    if found["version"][0] < 4:
+        return  # its Principled BSDF is another one
+    for name in light:
+        color = re.sub("Dir(ect)?|Ind(irect)?", lambda of: "Color" if of[1] or of[2] else "Col", name)
+        a, b = ((image[name] * (image[color] if color != name else 1)).mean(dtype=float) for image in (theirs, ours))
+        assert b == pytest.approx(a, rel=0.01, abs=1e-3), name
 
 
 def test_a_render_stops_at_the_error_of_the_panel(host):

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from bench.parity import differing_floats
-from isophote.film import COMBINED_PLANES, INVALID
+from isophote.film import COMBINED_PLANES
 from isophote.ledger import ledger_of
 from isophote.passes import make_passes
+from isophote.planes import INVALID
 from tests.extremes.table import Row
 from tests.extremes.variants import opencl_film, openmp_film, settings_for
 from tests.scenes import POINT, Builder, diffuse, emission, place, quad, ready

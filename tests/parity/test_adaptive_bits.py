@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from bench.parity import differing_floats, opened
-from isophote.film import AOV_PLANES, load_film
+from isophote.film import load_film
+from isophote.passes import film_planes
 from isophote.schedule import BLOCK, WorkItem
 from isophote.session import Session
 from isophote.settings import Settings
@@ -29,7 +30,7 @@ def spec_of(kind):
 def whole_blocks():
     """The sums of each of four blocks of a region, float32 (4, planes, h, w)."""
     device = opened("openmp", settings_of(NAME), prepared_of(NAME))
-    sums = np.zeros((4, AOV_PLANES, REGION[3] - REGION[1], REGION[2] - REGION[0]), np.float32)
+    sums = np.zeros((4, film_planes(settings_of(NAME)), REGION[3] - REGION[1], REGION[2] - REGION[0]), np.float32)
     for block in range(4):
         device.render(WorkItem(REGION, block * BLOCK, BLOCK), settings_of(NAME), sums[block], lambda: False)
     device.close()
@@ -45,7 +46,7 @@ def test_listed_pixels_have_the_bits_of_the_whole_picture(kind, threads):
         at = rng.integers(0, height * width, count)  # some several times
         of_block = rng.integers(0, 4, count)
         pixels = np.stack([REGION[0] + at % width, REGION[1] + at // width, BLOCK * of_block], axis=-1).astype(np.int32)
-        sums, first = np.zeros((AOV_PLANES, 1, count), np.float32), 0
+        sums, first = np.zeros((blocks.shape[1], 1, count), np.float32), 0
         for samples in parts:
             item = WorkItem((0, 0, count, 1), first, samples, pixels)
             assert device.render(item, settings_of(NAME), sums, lambda: False) == samples
@@ -90,5 +91,5 @@ def test_adaptive_renders_resumed_within_a_turn_are_the_same(tmp_path, monkeypat
 def test_the_pictures_blocks_are_those_of_a_film():
     """What the listed pixels were compared with."""
     film = expose_region(NAME, REGION)
-    for plane in range(AOV_PLANES):
+    for plane in range(film.planes):
         assert (film.sum(plane) == whole_blocks()[0, plane]).all()

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from isophote.device import DeviceError
-from isophote.film import AOV_PLANES
+from isophote.passes import USUAL, planes_for
 from isophote.scene import make_scene
+
+AOV_PLANES = planes_for(USUAL)
 
 
 class NoGeometry:
@@ -51,10 +53,10 @@ def radiance(region, sample: int, seed: int, planes: int, pixels=None) -> np.nda
     for channel in range(3):
         values[first + channel] = -(x + 1) * np.log(hashed(x, y, sample, seed, channel))
     values[first + 3] = 1.0
-    if planes >= AOV_PLANES:
-        values[10:16] = hashed(x, y, sample, seed, np.arange(6)[:, None, None] + 10)
+    if len(values) >= int(AOV_PLANES):
+        values[13:19] = hashed(x, y, sample, seed, np.arange(6)[:, None, None] + 10)
         values[9] = (x + 10.0) * (sample == 0)
-        values[16:19] = np.stack([x, y, x + y]) * (sample == 0)
+        values[10:13] = np.stack([x, y, x + y]) * (sample == 0)
     return values
 
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from noise_device import NoiseDevice, hashed, radiance, tiny_scene
+from noise_device import AOV_PLANES, NoiseDevice, hashed, radiance, tiny_scene
 from test_session import bits, rendered
 from test_session import settings as of
 
 from isophote.adaptive import GROWTH, WITHIN, X, at_price, next_limits, price_of, wanted_samples, within_at_price
 from isophote.confidence import SHARE, claim_of
-from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
-from isophote.passes import PASSES, make_passes
+from isophote.film import COMBINED_PLANES, Film, FilmError, load_film, merge
+from isophote.passes import USUAL, make_passes
 from isophote.schedule import BLOCK
 from isophote.session import Session
 from isophote.settings import Settings
@@ -66,7 +66,7 @@ def test_each_pixel_has_the_bits_of_a_film_of_its_own_number():
     assert (film.counts == limits).all() and film.most_samples == limits.max()
     assert film.samples == int(limits.mean())
     assert (make_passes(film, ["sample_count"])["Sample Count"][..., 0] == limits).all()
-    lean = tuple(name for name in PASSES if name != "error")  # pooled over pixels
+    lean = tuple(name for name in USUAL if name != "error")  # pooled over pixels
     made = make_passes(film, lean)
     for count in np.unique(limits):
         even = make_passes(add(Film(REGION, AOV_PLANES), int(count)), lean)

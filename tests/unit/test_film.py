@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from noise_device import radiance
+from noise_device import AOV_PLANES, radiance
 
-from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
-from isophote.passes import PASSES, make_passes
+from isophote.film import COMBINED_PLANES, Film, FilmError, load_film, merge
+from isophote.passes import USUAL, make_passes
 from isophote.schedule import BLOCK, sample_items, split
 from isophote.settings import Settings
 from isophote.totals import Total
@@ -31,7 +31,7 @@ def exposed(first, end, step=16, planes=AOV_PLANES, film=None):
 
 
 def bits(film):
-    return {name: array.tobytes() for name, array in make_passes(film, PASSES).items()}
+    return {name: array.tobytes() for name, array in make_passes(film, USUAL).items()}
 
 
 @settings(max_examples=25, deadline=None)
@@ -174,7 +174,7 @@ def test_films_of_other_regions_or_planes_are_refused():
 
 
 @pytest.mark.parametrize("make", [
-    lambda: Film((0, 0, 0, 2), COMBINED_PLANES), lambda: Film((0, 0, 1, 1), COMBINED_PLANES + 1),
+    lambda: Film((0, 0, 0, 2), COMBINED_PLANES),
     lambda: Film((0, 0, 1, 1), COMBINED_PLANES, 10), lambda: exposed(0, 60).add_samples(5),
     lambda: exposed(0, 60).close_block()])
 def test_misuse_is_refused(make):

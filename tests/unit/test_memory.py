@@ -70,7 +70,7 @@ def test_what_does_not_fit_on_a_device_is_named():
 
 @pytest.mark.usefixtures("engine")
 def test_a_scene_too_large_for_the_host_is_refused_before_anything_is_built(monkeypatch):
-    film = FILM_BYTES_PER_VALUE * 12 * 10 * COMBINED_PLANES
+    film = FILM_BYTES_PER_VALUE * 12 * 10 * int(COMBINED_PLANES)
     monkeypatch.setenv("ISOPHOTE_HOST_MEMORY", str(BUILD_BYTES_PER_TRIANGLE + film - 1))
     with pytest.raises(SceneTooLarge, match=f"{BUILD_BYTES_PER_TRIANGLE} bytes to prepare its 1 triangles and {film}"):
         Session(tiny_scene(), Settings(samples=1), NoiseDevice())

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
-from noise_device import radiance
+from noise_device import AOV_PLANES, radiance
 
-from isophote.film import AOV_PLANES, COMBINED_PLANES, CUT_PLANES, Film, FilmError
-from isophote.passes import PASSES, check_passes, make_passes, planes_for
+from isophote.film import COMBINED_PLANES, Film, FilmError
+from isophote.passes import PASSES, USUAL, check_passes, make_passes, planes_for
+from isophote.planes import make_planes
 
 REGION = (2, 1, 9, 5)
 
@@ -18,13 +19,13 @@ def exposed(samples, first=0, planes=AOV_PLANES):
 
 def test_passes_are_means_of_all_samples():
     samples = np.array([radiance(REGION, sample, 3, AOV_PLANES) for sample in range(71)], np.float64)
-    made = make_passes(exposed(71), PASSES)
+    made = make_passes(exposed(71), USUAL)
     assert list(made) == ["Combined", "Depth", "Normal", "Albedo", "Position", "Sample Count", "Invalid",
                           "Error"]
     expected = (samples[:, 0:4] + samples[:, 4:8]).mean(axis=0).transpose(1, 2, 0)
     assert np.allclose(made["Combined"], expected, rtol=1e-6)
-    assert np.allclose(made["Normal"], samples[:, 10:13].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
-    assert np.allclose(made["Albedo"], samples[:, 13:16].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
+    assert np.allclose(made["Normal"], samples[:, 13:16].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
+    assert np.allclose(made["Albedo"], samples[:, 16:19].mean(axis=0).transpose(1, 2, 0), rtol=1e-6)
     assert (made["Sample Count"] == 71).all()
 
 
@@ -36,7 +37,7 @@ def test_depth_and_position_are_those_of_sample_0():
 
 
 def test_every_pass_has_its_shape_and_type():
-    for name, array in make_passes(exposed(2), PASSES).items():
+    for name, array in make_passes(exposed(2, planes=planes_for(PASSES)), PASSES).items():
         entry = next(entry for entry in PASSES.values() if entry.blender_name == name)
         assert array.shape == (4, 7, len(entry.channels)) and array.dtype == np.float32
 
@@ -47,12 +48,17 @@ def test_a_film_without_samples_is_black_not_nan():
 
 def test_planes_follow_what_is_asked_for():
     assert planes_for(["combined", "error", "sample_count"]) == COMBINED_PLANES
-    assert planes_for(["combined", "albedo"]) == AOV_PLANES
-    assert planes_for(["combined"], clamps=True) == COMBINED_PLANES + CUT_PLANES
+    assert planes_for(["combined", "albedo"]).first == {"albedo": 9}
+    assert planes_for(["albedo", "depth"]).first == {"depth": 9, "albedo": 10}
+    light = planes_for(["diffuse_direct"], clamps=True)
+    assert light.groups == ("diffuse_color", "diffuse_direct") and light.cut == 9 + 6 and int(light) == 9 + 6 + 4
+    assert light.columns == 6 + 12 and planes_for(["diffuse_color"]).columns == 3
+    with pytest.raises(ValueError, match="no planes haze; there are depth"):
+        make_planes(["haze"])
 
 
 def test_missing_parts_are_named():
-    with pytest.raises(FilmError, match="pass albedo: the film was made without AOVs"):
+    with pytest.raises(FilmError, match="pass albedo: the film was made without albedo"):
         make_passes(exposed(2, planes=COMBINED_PLANES), ["albedo"])
     with pytest.raises(FilmError, match="begins at sample 64"):
         make_passes(exposed(2, first=64), ["depth"])

@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from noise_device import NoiseDevice, tiny_scene
+from noise_device import AOV_PLANES, NoiseDevice, tiny_scene
 
 from isophote.device import DeviceError
-from isophote.film import AOV_PLANES, COMBINED_PLANES, Film, FilmError, load_film, merge
-from isophote.passes import PASSES, make_passes
+from isophote.film import COMBINED_PLANES, Film, FilmError, load_film, merge
+from isophote.passes import USUAL, make_passes
 from isophote.scene import SceneError
 from isophote.schedule import is_decision
 from isophote.session import Session
 from isophote.settings import Settings
 
 pytestmark = pytest.mark.usefixtures("engine")
-ALL = tuple(PASSES)
+ALL = USUAL
 
 
 def settings(samples=100, **options):

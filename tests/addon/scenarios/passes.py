@@ -20,6 +20,10 @@ layers = [bpy.context.view_layer, scene.view_layers.new("Empty")]
 layers[1].layer_collection.children["OnlyCube"].exclude = True
 for layer in layers:
     layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = True
+    for kind in ("diffuse", "glossy", "transmission"):
+        for of in ("direct", "indirect", "color"):
+            setattr(layer, f"use_pass_{kind}_{of}", True)
+    layer.use_pass_emit = layer.use_pass_environment = True
     layer.isophote.albedo = layer.isophote.sample_count = layer.isophote.error = layer.isophote.invalid = True
 exr_output(scene, multilayer=True)
 render_to(scene, "passes.exr")

@@ -1,0 +1,71 @@
+/* The loops that fill planes beside Combined's (kernels/passes.h). Included once a variant. */
+#pragma once
+#include "value_loops.h"
+
+namespace isophote {
+namespace ISOPHOTE_VARIANT {
+
+static void keep_value(Batch &__restrict b, Group g) {
+  std::copy(b.fr + g.first, b.fr + g.end, b.before_r + g.first);
+  std::copy(b.fg + g.first, b.fg + g.end, b.before_g + g.first);
+  std::copy(b.fb + g.first, b.fb + g.end, b.before_b + g.first);
+}
+
+FN Shares load_parts(const Batch &b, uint i) {
+  Shares parts;
+  parts.diffuse = make_real3(b.diffuse_r[i], b.diffuse_g[i], b.diffuse_b[i]);
+  parts.glossy = make_real3(b.glossy_r[i], b.glossy_g[i], b.glossy_b[i]);
+  return parts;
+}
+
+/* What a closure of normal n has added since keep_value to the BSDF in direction d. */
+static void add_parts(Batch &__restrict b, Group g, int diffuse, const real *nx, const real *ny, const real *nz,
+                      const real *dx, const real *dy, const real *dz) {
+  FOR_PATHS(i, g.first, g.end) {
+    real cosine = dot3(make_real3(nx[i], ny[i], nz[i]), make_real3(dx[i], dy[i], dz[i]));
+    Shares parts = add_part(load_parts(b, i), make_real3(b.before_r[i], b.before_g[i], b.before_b[i]),
+                            make_real3(b.fr[i], b.fg[i], b.fb[i]), diffuse, cosine);
+    b.diffuse_r[i] = parts.diffuse.x;
+    b.diffuse_g[i] = parts.diffuse.y;
+    b.diffuse_b[i] = parts.diffuse.z;
+    b.glossy_r[i] = parts.glossy.x;
+    b.glossy_g[i] = parts.glossy.y;
+    b.glossy_b[i] = parts.glossy.z;
+  }
+}
+
+/* Of the sampled direction only the height over the closure's horizon is asked for in its frame. */
+FN BsdfSample load_sample(const Batch &b, uint i) {
+  return make_sample(make_real3(REAL(0.0), REAL(0.0), b.height[i]), make_real3(b.sr[i], b.sg[i], b.sb[i]), b.delta[i],
+                     b.label[i], b.valid[i]);
+}
+
+static void show_surfaces(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++)
+    show_surface(b.slot_columns.data(), CAPACITY, params.groups, s, m, load_surface(b, i, g.material), path_at(columns, i),
+                 registers_at(b, i));
+}
+
+/* Of the light that comes to paths' first vertices. */
+static void note_light_shares(Batch &__restrict b, Params params, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    if (path_bounce(p) > 0) continue;
+    Shares shares = make_shares(load_parts(b, i), make_real3(b.fr[i], b.fg[i], b.fb[i]));
+    store_shares(b.slot_columns.data(), CAPACITY, p.slot, params.groups, SHARES_OF_LIGHT, shares);
+  }
+}
+static void note_path_shares(Batch &__restrict b, Params params, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    if (path_bounce(p) > 0) continue;
+    Shares shares = path_shares(load_parts(b, i), make_real3(b.fr[i], b.fg[i], b.fb[i]), load_sample(b, i));
+    store_shares(b.slot_columns.data(), CAPACITY, p.slot, params.groups, SHARES_OF_PATH, shares);
+  }
+}
+
+}  // namespace ISOPHOTE_VARIANT
+}  // namespace isophote
