@@ -72,16 +72,25 @@ def leaf_clusters(lights: np.ndarray) -> np.ndarray:
     flat = np.hypot(size_u, size_v)
     leaves["radius"] = np.where(is_triangle, farthest, np.where(is_ball, size_u, np.where(is_sun, 0.0, flat)))
     leaves["axis"] = lights["normal"]
-    cos_cone = lights["spot_cos"].astype(np.float64)
-    angle = np.where(kind == n["LIGHT_POINT"], np.pi, np.where(kind == n["LIGHT_SPOT"], np.arccos(cos_cone), 0.0))
+    cos_cone = lights["cone"].astype(np.float64)
+    narrowest = np.minimum(np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1))  # a spot's cone is as much wider
+    sine = np.sqrt(np.maximum(1 - cos_cone ** 2, 0))
+    spot = np.arctan2(sine, cos_cone * np.where(kind == n["LIGHT_SPOT"], narrowest, 1.0))
+    angle = np.where(kind == n["LIGHT_POINT"], np.pi, np.where(kind == n["LIGHT_SPOT"], spot, 0.0))
     leaves["angle"] = np.where(is_world, np.pi, np.where(is_sun, size_u, angle))
-    leaves["edge"] = np.where(is_ball | is_sun | is_world, 0.0, np.pi / 2)
+    spreads = ((kind == n["LIGHT_RECTANGLE"]) | (kind == n["LIGHT_ELLIPSE"])) & (lights["cone_scale"] > 0)
+    edge = np.where(spreads, np.arctan(lights["cone"].astype(np.float64)), np.pi / 2)
+    leaves["edge"] = np.where(is_ball | is_sun | is_world, 0.0, edge)
     # Of a ball: radiance times the disk that it shows; of a point or a sharp sun, what `radiance` holds already.
     disk = np.pi * size_u ** 2
     ball = np.where(size_u > 0, disk, 1.0)
     sun = np.where(size_u > 0, np.pi * np.sin(size_u) ** 2, 1.0)
     distant = np.where(is_world, np.pi, sun)
-    leaves["intensity"] = radiance * np.where(is_ball, ball, np.where(is_sun | is_world, distant, lights["area"]))
+    # Along the axis of a lamp with a spread; no more than what two diagonals in front of it looks all bright.
+    peak = lights["cone"].astype(np.float64) * lights["cone_scale"]
+    most = 4 * np.pi * (2 * flat) ** 2 / np.where(spreads, lights["area"], 1)
+    area = lights["area"] * np.where(spreads, np.minimum(peak, most), 1.0)
+    leaves["intensity"] = radiance * np.where(is_ball, ball, np.where(is_sun | is_world, distant, area))
     leaves["two_sided"], leaves["distant"] = is_triangle, is_sun | is_world
     return leaves
 

@@ -11,6 +11,9 @@ from isophote.records import make_records, numbers
 from isophote.scene import Scene
 
 SHARPEST = 1e-6  # width of a spot's edge in cosine, where Blender's blend is 0
+NARROWEST = 1e-3  # radians of a spread: a parallel beam, too, has some width
+EVEN = 1e-4  # in parts, by which axes differ before a spot is stretched; radians that a spread lacks of all
+SMALL = 0.05  # half a spread below which its tangent less itself is a series
 
 
 def light_records(scene: Scene) -> np.ndarray:
@@ -24,14 +27,38 @@ def light_records(scene: Scene) -> np.ndarray:
     area = lamp_areas(scene)
     half = np.where(is_sun | is_area, size[:, 0] / 2, size[:, 0])
     cos_cone, blend = np.cos(scene.light_spot[:, 0] / 2), scene.light_spot[:, 1]
-    axes = scene.light_to_world
+    blend_scale = 1 / np.maximum((1 - cos_cone) * blend, SHARPEST)
+    tangent, spread_scale = spreads(scene)
+    axes, lengths = unit_axes(scene)
+    uneven = (lengths > 0).all(axis=1) & (np.ptp(lengths, axis=1) > EVEN * lengths.max(axis=1))
+    stretched = (kind == n["LIGHT_SPOT"]) & uneven
+    stretch = np.where(stretched[:, None], lengths[:, 2:] / np.where(uneven[:, None], lengths[:, :2], 1.0), 1.0)
     return make_records(
-        "Light", len(kind), kind=kind, flags=scene.light_flags, visibility=scene.light_visibility,
-        instance=n["NONE"], primitive=n["NONE"], radiance=strength * radiance_factors(scene)[:, None],
-        position=axes[:, :, 3], u=axes[:, :, 0], v=axes[:, :, 1], normal=-axes[:, :, 2], size_u=half,
+        "Light", len(kind), kind=kind, flags=scene.light_flags | stretched * n["LIGHT_STRETCHED"],
+        visibility=scene.light_visibility, instance=n["NONE"], primitive=n["NONE"],
+        radiance=strength * radiance_factors(scene)[:, None],
+        position=scene.light_to_world[:, :, 3], u=axes[:, :, 0] * stretch[:, :1], v=axes[:, :, 1] * stretch[:, 1:],
+        normal=-axes[:, :, 2], size_u=half,
         # Of a sun, 1 - cos of the half angle, without the cancellation.
         size_v=np.where(is_sun, 2 * np.sin(half / 2) ** 2, np.where(is_area, size[:, 1] / 2, half)),
-        area=area, spot_cos=cos_cone, spot_smooth=1 / np.maximum((1 - cos_cone) * blend, SHARPEST))
+        area=area, cone=np.where(is_area, tangent, cos_cone), cone_scale=np.where(is_area, spread_scale, blend_scale))
+
+
+def unit_axes(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Axes of the lamps as columns, f8 [L, 3, 3], and their lengths, f8 [L, 3]."""
+    axes = scene.light_to_world[:, :, :3]
+    lengths = np.linalg.norm(axes, axis=1)
+    return axes / np.where(lengths > 0, lengths, 1.0)[:, None], lengths
+
+
+def spreads(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Of area lamps: the tangent of half the spread, and what makes their power what it would be without one; 0 where
+    they have none. As in Cycles, scene/light.cpp; the small ones by the series."""
+    half = np.clip(scene.light_spread, NARROWEST, np.pi) / 2
+    narrow = (scene.light_spread > 0) & (half < np.pi / 2 - EVEN)
+    tangent = np.tan(np.where(narrow, half, 0.0))
+    rest = np.where(half < SMALL, half ** 3 / 3 * (1 + 0.4 * half ** 2), tangent - half)
+    return tangent, np.where(narrow, 1 / np.where(narrow, rest, 1.0), 0.0)
 
 
 def sharpened(scene: Scene) -> Scene:

@@ -281,6 +281,13 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
     return sum(n[name] for name, used in uses.items() if used)
 
 
+def has_shapes(lamps: np.ndarray) -> bool:
+    """Whether an area lamp has a spread, or a spot is stretched."""
+    n = numbers()
+    is_area = (lamps["kind"] == n["LIGHT_RECTANGLE"]) | (lamps["kind"] == n["LIGHT_ELLIPSE"])
+    return bool((is_area & (lamps["cone_scale"] > 0) | (lamps["flags"] & n["LIGHT_STRETCHED"] != 0)).any())
+
+
 def light_features(lights: np.ndarray, lamps: int) -> int:
     """Those of its lights, of which the first `lamps` are no triangles."""
     n = numbers()
@@ -288,6 +295,7 @@ def light_features(lights: np.ndarray, lamps: int) -> int:
         "FEATURE_LIGHTS": len(lights) > 0,
         "FEATURE_LAMPS": lamps > 0,
         "FEATURE_VISIBLE_LIGHTS": (lights[:lamps]["size_u"] > 0).any(),
+        "FEATURE_LAMP_SHAPES": has_shapes(lights[:lamps]),
         "FEATURE_WORLD_LIGHT": (lights["kind"] == n["LIGHT_WORLD"]).any(),
         "FEATURE_SHINES": (lights["flags"] & n["LIGHT_COMPUTED"]).any(),
     }

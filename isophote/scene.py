@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-FORMAT = 3
+FORMAT = 4
 
 
 @dataclass(frozen=True)
@@ -77,10 +77,13 @@ FIELDS: dict[str, Field] = {
     "images": Field("i4", ("G", 6), "first word of image_texels, width, height, channels, TEXEL_ kind, IMAGE_ flags"),
     "image_texels": Field("u1", ("X",), "in words of four bytes; rows from the bottom up"),
     "light_kind": Field("i4", ("L",), "LIGHT_ numbers (kernels/scene_records.h)"),
-    "light_to_world": Field("f8", ("L", 3, 4), "unit axes and place, relative to origin; shines along -z"),
+    "light_to_world": Field("f8", ("L", 3, 4), "axes and place, relative to origin; shines along -z. Axes are unit, "
+                                               "but those of a spot, whose lengths stretch its cone"),
     "light_strength": Field("f8", ("L", 3), "colour times power: W, W/m^2 for suns"),
     "light_size": Field("f8", ("L", 2), "radius (point, spot), full angle in radians (sun), full sizes (area)"),
     "light_spot": Field("f8", ("L", 2), "full cone angle in radians, blend 0..1"),
+    "light_spread": Field("f8", ("L",), "full angle in radians within which an area lamp shines; 0: no limit",
+                          zeros=True),
     "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK (kernels/scene_records.h)"),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),

@@ -364,7 +364,7 @@ def bad_spheres(scene: Scene) -> np.ndarray:
 
 def bad_lights(scene: Scene) -> np.ndarray:
     finite = [np.isfinite(scene.arrays[name]).all(axis=tuple(range(1, scene.arrays[name].ndim)))
-              for name in ("light_to_world", "light_strength", "light_size", "light_spot")]
+              for name in ("light_to_world", "light_strength", "light_size", "light_spot", "light_spread")]
     return ~np.logical_and.reduce(finite)
 
 

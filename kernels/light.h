@@ -33,10 +33,71 @@ FN real3 sample_cone(real3 axis, real size, real2 u) {
   return normalize3(f.x * (sine * phi.y) + f.y * (sine * phi.x) + axis * (REAL(1.0) - h));
 }
 
-/* A lamp's light as a function of direction: Blender's spot is 0 outside the cone, a smooth step towards its edge. */
-FN real spot_falloff(Light l, real cos_axis) {
-  real x = clamp01((cos_axis - to_real(l.spot_cos)) * to_real(l.spot_smooth));
+/* A lamp's light as a function of the unit direction towards it: Blender's spot is 0 outside the cone, a smooth step
+ * towards its edge. The cone of a stretched one is round in a space where the axes have the lengths of u and v. */
+FN real spot_falloff(Light l, real3 direction, uint features) {
+  real cos_axis = -dot3(direction, load3(l.normal));
+  if (features & FEATURE_LAMP_SHAPES) {
+    real3 in_cone = make_real3(dot3(direction, load3(l.u)), dot3(direction, load3(l.v)), cos_axis);
+    cos_axis = cos_axis / ((l.flags & LIGHT_STRETCHED) ? sqrt(dot3(in_cone, in_cone)) : REAL(1.0));
+  }
+  real x = clamp01((cos_axis - to_real(l.cone)) * to_real(l.cone_scale));
   return l.kind == LIGHT_SPOT ? x * x * (REAL(3.0) - REAL(2.0) * x) : REAL(1.0);
+}
+
+/* What an area lamp with a spread sends towards who looks at it in a direction, in parts of its radiance: like light
+ * behind a grid of slats, the tangent of the angle counts. docs/units.md has the formula. */
+FN real spread_falloff(Light l, real3 direction, uint features) {
+  if (!(features & FEATURE_LAMP_SHAPES)) return REAL(1.0);
+  real cosine = -dot3(direction, load3(l.normal));
+  real3 across = direction + load3(l.normal) * cosine; /* keeps the digits of small angles */
+  real tangent = sqrt(dot3(across, across)) / max_real(cosine, REAL(1e-30));
+  real passed = max_real(to_real(l.cone) - tangent, REAL(0.0)) * to_real(l.cone_scale);
+  return l.cone_scale > 0.0f ? passed : REAL(1.0);
+}
+
+/* The part of a rectangle or an ellipse that is drawn, in the plane of the lamp. */
+typedef struct {
+  real3 center;
+  real half_u, half_v, area;
+  int is_ellipse;
+} FlatPart;
+
+/* The part that lights p. With a spread p has light from a disk around its foot: of a rectangle that is the rectangle
+ * around both, of an ellipse the smallest of it, the disk and the rectangle; Cycles does so, too (light/area.h). Its
+ * area is 0 where nothing lights p. */
+FN FlatPart lit_part(Light l, real3 p, uint features) {
+  FlatPart r;
+  r.center = load3(l.position);
+  r.half_u = to_real(l.size_u);
+  r.half_v = to_real(l.size_v);
+  r.area = to_real(l.area);
+  r.is_ellipse = l.kind == LIGHT_ELLIPSE;
+  if (features & FEATURE_LAMP_SHAPES) {
+    real3 axis_u = load3(l.u), axis_v = load3(l.v), from = p - r.center;
+    real reach = max_real(dot3(from, load3(l.normal)), REAL(0.0)) * to_real(l.cone);
+    real foot_u = dot3(from, axis_u), foot_v = dot3(from, axis_v);
+    real low_u = max_real(foot_u - reach, -r.half_u), high_u = min_real(foot_u + reach, r.half_u);
+    real low_v = max_real(foot_v - reach, -r.half_v), high_v = min_real(foot_v + reach, r.half_v);
+    real wide = max_real(high_u - low_u, REAL(0.0)), tall = max_real(high_v - low_v, REAL(0.0));
+    real box = wide * tall, disk = PI * reach * reach;
+    int spreads = l.cone_scale > 0.0f;
+    int takes_box = spreads & (!r.is_ellipse | (box < min_real(r.area, disk)));
+    int takes_disk = spreads & !takes_box & (disk < r.area);
+    real u = takes_box ? REAL(0.5) * (low_u + high_u) : (takes_disk ? foot_u : REAL(0.0));
+    real v = takes_box ? REAL(0.5) * (low_v + high_v) : (takes_disk ? foot_v : REAL(0.0));
+    r.center = r.center + axis_u * u + axis_v * v;
+    r.half_u = takes_box ? REAL(0.5) * wide : (takes_disk ? reach : r.half_u);
+    r.half_v = takes_box ? REAL(0.5) * tall : (takes_disk ? reach : r.half_v);
+    r.area = takes_box ? box : (takes_disk ? disk : r.area);
+    r.is_ellipse = r.is_ellipse & !takes_box;
+  }
+  return r;
+}
+
+FN int is_in_ellipse(Light l, real3 from_center) {
+  real a = dot3(from_center, load3(l.u)) / to_real(l.size_u), b = dot3(from_center, load3(l.v)) / to_real(l.size_v);
+  return a * a + b * b <= REAL(1.0);
 }
 
 /* Number of the light that an emissive triangle is; light_count where it is none. Triangles follow the lamps in
@@ -66,14 +127,15 @@ typedef struct {
   real solid_angle; /* of both; 0 where it is to be drawn by area */
 } SphericalPolygon;
 
-FN SphericalPolygon make_spherical_polygon(Light l, real3 p, uint features) {
+/* part: of the light, if it is no triangle. */
+FN SphericalPolygon make_spherical_polygon(Light l, FlatPart part, real3 p, uint features) {
   SphericalPolygon r;
   int is_triangle = !(features & FEATURE_LAMPS) | (l.kind == LIGHT_TRIANGLE);
-  real scale_u = is_triangle ? REAL(1.0) : REAL(2.0) * to_real(l.size_u);
-  real scale_v = is_triangle ? REAL(1.0) : REAL(2.0) * to_real(l.size_v);
+  real scale_u = is_triangle ? REAL(1.0) : REAL(2.0) * part.half_u;
+  real scale_v = is_triangle ? REAL(1.0) : REAL(2.0) * part.half_v;
   real3 side_u = load3(l.u) * scale_u, side_v = load3(l.v) * scale_v;
-  real3 a = load3(l.position) - p;
-  real volume = fabs(dot3(a, load3(l.normal))) * to_real(l.area);
+  real3 a = part.center - p;
+  real volume = fabs(dot3(a, load3(l.normal))) * part.area;
   if (!(features & FEATURE_LAMPS)) {
     r.first = make_spherical_triangle(a, a + side_u, a + side_v, REAL(2.0) * volume);
     r.second = r.first;
@@ -86,15 +148,15 @@ FN SphericalPolygon make_spherical_polygon(Light l, real3 p, uint features) {
     r.second = make_spherical_triangle(a, d, c, volume);
     r.solid_angle = r.first.solid_angle + (is_triangle ? REAL(0.0) : r.second.solid_angle);
   }
-  int fits = (r.solid_angle > SMALLEST_SOLID_ANGLE) & (r.solid_angle < LARGEST_SOLID_ANGLE) & (l.kind != LIGHT_ELLIPSE);
+  int fits = (r.solid_angle > SMALLEST_SOLID_ANGLE) & (r.solid_angle < LARGEST_SOLID_ANGLE) & !part.is_ellipse;
   r.solid_angle = fits ? r.solid_angle : REAL(0.0);
   return r;
 }
 
-/* Density per solid angle with which a polygon or an ellipse, once it is chosen, gives a direction from p that
- * meets it at distance t under `cosine`. */
-FN real flat_light_pdf(Light l, SphericalPolygon polygon, real t, real cosine) {
-  real by_area = t * t / (max_real(cosine, REAL(1e-30)) * to_real(l.area));
+/* Density per solid angle with which a polygon or an ellipse of some area, once it is chosen, gives a direction from p
+ * that meets it at distance t under `cosine`. */
+FN real flat_light_pdf(real area, SphericalPolygon polygon, real t, real cosine) {
+  real by_area = t * t / (max_real(cosine, REAL(1e-30)) * area);
   return polygon.solid_angle > REAL(0.0) ? REAL(1.0) / polygon.solid_angle : by_area;
 }
 
@@ -135,14 +197,15 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
     real3 miss = to - r.direction * along;
     real t = along - safe_sqrt(size_u * size_u - dot3(miss, miss));
     r.distance = is_sun ? FAR_AWAY : (sharp ? d : (is_disk ? disk_d : t));
-    real falloff = spot_falloff(l, -dot3(r.direction, axis));
+    real falloff = spot_falloff(l, r.direction, features);
     real inverse_square = is_sun ? REAL(1.0) : REAL(1.0) / d2;
     r.radiance = radiance * (falloff * (sharp ? inverse_square : REAL(1.0)));
     real solid = is_disk ? PI * size_u * size_u * d / (disk_d2 * disk_d) : TWO_PI * cone;
     r.pdf = inside ? REAL(0.0) : (sharp ? REAL(1.0) : REAL(1.0) / solid);
     r.can_be_hit = !sharp;
   } else {
-    SphericalPolygon polygon = make_spherical_polygon(l, p, features);
+    FlatPart lit = lit_part(l, p, features);
+    SphericalPolygon polygon = make_spherical_polygon(l, lit, p, features);
     int by_angle = polygon.solid_angle > REAL(0.0);
     real part = u.x * polygon.solid_angle, rest = part - polygon.first.solid_angle;
     int in_second = !is_triangle & (rest > REAL(0.0));
@@ -163,11 +226,10 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
     real av = upper ? u.y - half_x : half_y;
     if (lamps) {
       real2 disk = sample_disk(u);
-      int is_ellipse = l.kind == LIGHT_ELLIPSE;
-      au = is_triangle ? au : size_u * (is_ellipse ? disk.x : REAL(2.0) * u.x - REAL(1.0));
-      av = is_triangle ? av : size_v * (is_ellipse ? disk.y : REAL(2.0) * u.y - REAL(1.0));
+      au = is_triangle ? au : lit.half_u * (lit.is_ellipse ? disk.x : REAL(2.0) * u.x - REAL(1.0));
+      av = is_triangle ? av : lit.half_v * (lit.is_ellipse ? disk.y : REAL(2.0) * u.y - REAL(1.0));
     }
-    real3 to = center - p;
+    real3 to = lit.center - p;
     real3 on_light = to + load3(l.u) * au + load3(l.v) * av;
     real3 in_area = on_light * (REAL(1.0) / sqrt(dot3(on_light, on_light)));
     r.direction = select3(by_angle, in_angle, in_area);
@@ -176,8 +238,12 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
     real flat = sqrt(dot3(on_light, on_light));
     r.distance = by_angle ? height / (facing != REAL(0.0) ? facing : REAL(1.0)) : flat;
     int sees = (cosine > REAL(0.0)) & (r.distance > REAL(0.0));
-    r.radiance = radiance;
-    r.pdf = sees ? flat_light_pdf(l, polygon, r.distance, cosine) : REAL(0.0);
+    if (features & FEATURE_LAMP_SHAPES) {
+      int within = (l.kind != LIGHT_ELLIPSE) | is_in_ellipse(l, p + r.direction * r.distance - center);
+      sees = sees & (lit.area > REAL(0.0)) & within;
+    }
+    r.radiance = radiance * spread_falloff(l, r.direction, features);
+    r.pdf = sees ? flat_light_pdf(lit.area, polygon, r.distance, cosine) : REAL(0.0);
     r.can_be_hit = 1;
   }
   r.can_be_hit = r.can_be_hit & !(l.flags & LIGHT_NO_MIS);
@@ -216,7 +282,7 @@ typedef struct {
 } LightHit;
 
 /* What a ray sees of lamp l in front of t_max: lamps do not stop rays. */
-FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
+FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed, uint features) {
   LightHit r;
   real3 center = load3(l.position), axis = load3(l.normal);
   real size_u = to_real(l.size_u), size_v = to_real(l.size_v);
@@ -241,7 +307,7 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
     real t = is_disk ? disk_t : h.t_near;
     int in_sphere = h.hit & (d2 > size_u * size_u);
     r.hit = wanted & (is_disk ? in_disk : in_sphere) & (t > ray.t_min) & (t < t_max);
-    r.radiance = r.radiance * spot_falloff(l, cos_axis);
+    r.radiance = r.radiance * spot_falloff(l, ray.direction, features);
     real solid = is_disk ? PI * size_u * size_u * sqrt(d2) / (disk_t * disk_t * disk_t) : TWO_PI * cone_of_sphere(size_u, d2);
     r.pdf = REAL(1.0) / solid;
   } else {
@@ -249,10 +315,11 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed) {
     real3 on_plane = ray.direction * t - to;
     real a = dot3(on_plane, load3(l.u)), b = dot3(on_plane, load3(l.v));
     int in_rectangle = (fabs(a) <= size_u) & (fabs(b) <= size_v);
-    int in_ellipse = square(a / size_u) + square(b / size_v) <= REAL(1.0);
-    int in_shape = l.kind == LIGHT_ELLIPSE ? in_ellipse : in_rectangle;
+    int in_shape = l.kind == LIGHT_ELLIPSE ? is_in_ellipse(l, on_plane) : in_rectangle;
+    FlatPart lit = lit_part(l, ray.origin, features);
+    r.radiance = r.radiance * spread_falloff(l, ray.direction, features);
     r.hit = wanted & in_shape & (cos_axis > REAL(0.0)) & (t > ray.t_min) & (t < t_max);
-    r.pdf = flat_light_pdf(l, make_spherical_polygon(l, ray.origin, FEATURE_LAMPS), t, cos_axis);
+    r.pdf = flat_light_pdf(max_real(lit.area, REAL(1e-30)), make_spherical_polygon(l, lit, ray.origin, FEATURE_LAMPS), t, cos_axis);
   }
   return r;
 }
@@ -264,8 +331,8 @@ FN real emission_pdf(Scene s, Hit h, Receiver from, real3 direction) {
   if (i >= s.world[0].light_count) return REAL(0.0);
   Light l = s.lights[i];
   real cosine = fabs(dot3(load3(l.normal), direction));
-  SphericalPolygon polygon = make_spherical_polygon(l, from.p, 0u);
-  return light_chance(s, l, from) * flat_light_pdf(l, polygon, h.t, cosine);
+  SphericalPolygon polygon = make_spherical_polygon(l, lit_part(l, from.p, 0u), from.p, 0u);
+  return light_chance(s, l, from) * flat_light_pdf(to_real(l.area), polygon, h.t, cosine);
 }
 
 /* Veach 1997, power heuristic with exponent 2, from the ratio so that no square overflows. */

@@ -34,6 +34,7 @@
 #define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 #define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
+#define FEATURE_LAMP_SHAPES 1048576u /* an area lamp with a spread, or a stretched spot */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -213,6 +214,7 @@ typedef struct {
 #define LIGHT_NO_SHADOW 1u
 #define LIGHT_NO_MIS 2u
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
+#define LIGHT_STRETCHED 16u /* spots: u and v have lengths by which the cone is not round */
 #define LIGHT_COMPUTED 8u /* radiance is an estimate; what counts is computed where the light is drawn (shine.h) */
 typedef struct {
   int kind;
@@ -225,7 +227,8 @@ typedef struct {
   packed3 normal;        /* unit, direction in which it shines */
   float size_u, size_v;  /* metres (half lengths of rectangles and ellipses, radius), radians (sun) */
   float area;            /* m^2 */
-  float spot_cos, spot_smooth; /* cosine of the half cone angle; Blender's blend as in Cycles */
+  float cone, cone_scale; /* spots: cosine of the half cone angle, and Blender's blend as in Cycles; area lamps: tangent
+                           * of half the spread, and what makes up for it, 0 where there is none */
   uint trail;            /* bit d: which cluster of a pair it lies in, d steps below the light tree's root */
 } Light;
 

@@ -71,7 +71,9 @@ FN Receiver path_receiver(Path p) {
   return make_receiver(make_real3(p.ox, p.oy, p.oz), p.status >> PATH_RECEIVER_SHIFT);
 }
 
-FN LightHit find_lamp(Light l, Path p, Hit h) { return hit_lamp(l, path_ray(p), h.t, h.instance == NONE); }
+FN LightHit find_lamp(Light l, Path p, Hit h, uint features) {
+  return hit_lamp(l, path_ray(p), h.t, h.instance == NONE, features);
+}
 
 /* Light that reaches the path's ray from lamp l, which find_lamp has found. */
 FN Brought see_lamp(Scene s, Params params, Light l, Path p, LightHit seen) {

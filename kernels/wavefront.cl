@@ -230,7 +230,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
     for (uint l = 0u; l < s.world[0].lamp_count; l++) {
       if (!(s.lights[l].size_u > 0.0f)) continue;
-      LightHit seen = find_lamp(s.lights[l], p, h);
+      LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
       if (seen.hit)
         add_result(results, columns, stride, p.slot, params, see_lamp(s, params, s.lights[l], p, seen),
                    seen_from(p, GROUP_emission));

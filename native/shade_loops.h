@@ -6,6 +6,7 @@
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
+template <uint FEATURES>
 static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
   Columns columns = b.columns();
   uint count = b.count;
@@ -13,7 +14,7 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
     Light lamp = s.lights[l];
     if (!(lamp.size_u > 0.0f)) continue;
     FOR_PATHS(i, 0, count) {
-      LightHit seen = find_lamp(lamp, path_at(columns, i), load_hit(b, i));
+      LightHit seen = find_lamp(lamp, path_at(columns, i), load_hit(b, i), FEATURES);
       b.fr[i] = seen.radiance.x;
       b.fg[i] = seen.radiance.y;
       b.fb[i] = seen.radiance.z;
@@ -445,7 +446,10 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   if (lit) {
     choose_lights(b, s, m, g);
     uint features = s.world[0].features;
-    if (features & FEATURE_WORLD_LIGHT) draw_lights<FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT>(b, s, g);
+    constexpr uint ANY_LAMP = FEATURE_LAMPS | FEATURE_SHINES | FEATURE_LAMP_SHAPES;
+    if (features & FEATURE_LAMP_SHAPES && features & FEATURE_WORLD_LIGHT) draw_lights<ANY_LAMP | FEATURE_WORLD_LIGHT>(b, s, g);
+    else if (features & FEATURE_LAMP_SHAPES) draw_lights<ANY_LAMP>(b, s, g);
+    else if (features & FEATURE_WORLD_LIGHT) draw_lights<FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT>(b, s, g);
     else if (features & FEATURE_SHINES) draw_lights<FEATURE_LAMPS | FEATURE_SHINES>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
@@ -463,8 +467,9 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
 }
 
 static void shade_batch(Batch &__restrict b, Scene s, Params params, const std::vector<Group> &groups) {
-  shade_lamps(b, s, params);
   uint features = s.world[0].features;
+  if (features & FEATURE_LAMP_SHAPES) shade_lamps<FEATURE_LAMP_SHAPES>(b, s, params);
+  else shade_lamps<0>(b, s, params);
   for (Group g : groups) {
     if (g.material == MISS)
       shade_misses(b, s, params, g);

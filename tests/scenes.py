@@ -155,9 +155,10 @@ class Builder:
     def sphere(self, center, radius, material: int, visibility=ALL):
         self.spheres.append((center, radius, material, visibility))
 
-    def lamp(self, kind: int, strength, matrix=None, size=(0, 0), spot=(np.pi / 3, 0.5), flags=0, visibility=ALL):
+    def lamp(self, kind: int, strength, matrix=None, size=(0, 0), spot=(np.pi / 3, 0.5), flags=0, visibility=ALL,
+             spread=0.0):
         self.lamps.append((kind, place() if matrix is None else matrix, np.broadcast_to(strength, 3),
-                           np.broadcast_to(size, 2), spot, flags, visibility))
+                           np.broadcast_to(size, 2), spot, flags, spread, visibility))
 
     def attribute_arrays(self) -> dict:
         rows, values, length = [], [np.zeros(0, np.float32)], 0
@@ -197,7 +198,7 @@ class Builder:
             names = ("sphere_center", "sphere_radius", "sphere_material", "sphere_visibility")
             arrays |= dict(zip(names, zip(*self.spheres, strict=True), strict=True))
         if self.lamps:
-            names = ("kind", "to_world", "strength", "size", "spot", "flags", "visibility")
+            names = ("kind", "to_world", "strength", "size", "spot", "flags", "spread", "visibility")
             columns = zip(*self.lamps, strict=True)
             arrays |= {f"light_{name}": np.stack(column) for name, column in zip(names, columns, strict=True)}
         scene = make_scene(**{name: np.asarray(value) for name, value in arrays.items()})

@@ -18,6 +18,7 @@ from .values import Values
 
 POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
 NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
+NARROWEST_SPREAD = 1e-3  # radians: 0 stands for a parallel beam in Blender, and for no limit in a scene
 INDIRECT = 2 | 4 | 8  # RAY_ bits of kernels/scene_records.h: diffuse, glossy, transmission
 
 
@@ -31,6 +32,7 @@ class Lamp:
     strength: np.ndarray  # f8 [3]
     size: tuple[float, float]
     spot: tuple[float, float]
+    spread: float
     flags: int
     visibility: int
 
@@ -40,7 +42,7 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     light = ob.data
     values = Values("light", ob.name, notes)
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
-    kind, size, spot = SHAPES[light.type](light, lengths, values)
+    kind, size, spot = SHAPES[light.type](light, lengths)
     cycles = getattr(light, "cycles", None)
     if light.type == "AREA" and getattr(cycles, "is_portal", False):
         values.note("portals are not supported: left out")
@@ -52,7 +54,7 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     if not getattr(light, "normalize", True):
         strength *= size_factor(kind, size)
     to_world = np.zeros((3, 4))
-    to_world[:, :3] = matrix[:3, :3] / np.where(lengths > 0.0, lengths, 1.0)
+    to_world[:, :3] = matrix[:3, :3] if kind == SPOT else matrix[:3, :3] / np.where(lengths > 0.0, lengths, 1.0)
     to_world[:, 3] = matrix[:3, 3] - origin
     flags = 0 if compat.casts_shadow(light) else NO_SHADOW
     flags |= 0 if getattr(cycles, "use_multiple_importance_sampling", True) else NO_MIS
@@ -61,27 +63,24 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
         return None
     if visibility & INDIRECT != INDIRECT:
         values.note("is hidden from some kinds of rays, which light sampling does not heed: part of its light remains")
-    return Lamp(ob.name, kind, to_world, strength, size, spot, flags, visibility)
+    spread = max(light.spread, NARROWEST_SPREAD) if light.type == "AREA" else 0.0
+    return Lamp(ob.name, kind, to_world, strength, size, spot, spread, flags, visibility)
 
 
-def point_shape(light, lengths, values):
+def point_shape(light, lengths):
     return POINT, (light.shadow_soft_size, 0.0), (0.0, 0.0)
 
 
-def spot_shape(light, lengths, values):
-    _, size, _ = point_shape(light, lengths, values)
-    if lengths.max() - lengths.min() > 1e-4 * lengths.max():
-        values.note("a scaled spot's elliptic cone is not supported: rendered with a round one")
+def spot_shape(light, lengths):
+    _, size, _ = point_shape(light, lengths)
     return SPOT, size, (light.spot_size, light.spot_blend)
 
 
-def sun_shape(light, lengths, values):
+def sun_shape(light, lengths):
     return SUN, (light.angle, 0.0), (0.0, 0.0)
 
 
-def area_shape(light, lengths, values):
-    if light.spread < math.pi - 1e-4:
-        values.note("spread below 180 degrees is not supported: shines with the full spread")
+def area_shape(light, lengths):
     square = light.shape in ("SQUARE", "DISK")
     size = (light.size * lengths[0], (light.size if square else light.size_y) * lengths[1])
     return (ELLIPSE if light.shape in ("DISK", "ELLIPSE") else RECTANGLE), size, (0.0, 0.0)
@@ -126,6 +125,7 @@ def join_lights(lamps: list[Lamp]) -> dict[str, np.ndarray]:
         "light_strength": np.stack([lamp.strength for lamp in lamps]),
         "light_size": np.array([lamp.size for lamp in lamps], np.float64),
         "light_spot": np.array([lamp.spot for lamp in lamps], np.float64),
+        "light_spread": np.array([lamp.spread for lamp in lamps], np.float64),
         "light_flags": np.array([lamp.flags for lamp in lamps], np.uint32),
         "light_visibility": np.array([lamp.visibility for lamp in lamps], np.uint32),
     }

@@ -179,6 +179,55 @@ def test_area_lamp_as_wide_as_the_sky(kind):
     assert_mean(film, ALBEDO * radiance * (1 - 1e-6), 0.004)
 
 
+def narrowed(irradiance_points, spread):
+    """What half a spread lets through under a cosine, in float64."""
+    half = spread / 2
+    tangent = np.sqrt(np.maximum(1 - irradiance_points ** 2, 0)) / np.maximum(irradiance_points, 1e-9)
+    return np.maximum(np.tan(half) - tangent, 0) / (np.tan(half) - half)
+
+
+@pytest.mark.parametrize("flags", [0, NO_MIS], ids=["mis", "no mis"])
+@pytest.mark.parametrize("kind", AREAS, ids=["rectangle", "ellipse"])
+@pytest.mark.parametrize("spread", [0.3, 1.0, 2.5])
+def test_area_lamp_with_a_spread(kind, spread, flags):
+    matrix, size = look_at((0.1, -0.1, 2.0), (0.05, 0.1, 0.0)), (1.5, 0.7)
+    u, v, z, position = axes_of(matrix)
+    n = 1200
+    grid = (np.arange(n) + 0.5) / n * 2 - 1
+    a, b = np.meshgrid(grid, grid)
+    inside = (a * a + b * b <= 1) | (kind == RECTANGLE)
+    points = position + (a * size[0] / 2)[..., None] * u + (b * size[1] / 2)[..., None] * v
+    cosines = points @ z / np.sqrt((points ** 2).sum(-1))
+    areas = inside * narrowed(cosines, spread) * size[0] * size[1] / n ** 2
+    radiance = COLOUR / (np.pi * size[0] * size[1] * AREAS[kind][1])
+    b = floor()
+    b.lamp(kind, COLOUR, matrix, size, (1, 0), flags, 31 - CAMERA, spread)
+    film = render(b.make(), 2048, max_bounces=0)
+    assert_mean(film, ALBEDO / np.pi * radiance * irradiance_of_points(points, areas, -z), 0.004, rounding=2e-4)
+
+
+@pytest.mark.parametrize("spread", [1e-3, 0.02, 0.5, 2.0])
+def test_a_spread_keeps_the_power(spread):
+    """Below a lamp so wide that nothing lies beyond, irradiance is pi L whatever the spread (docs/units.md)."""
+    matrix, size = look_at((0, 0, 1.0), (0, 0, 0)), (2e2, 2e2)
+    b = floor()
+    b.lamp(RECTANGLE, COLOUR, matrix, size, (1, 0), 0, 31 - CAMERA, spread)
+    film = render(b.make(), 4096, max_bounces=0)
+    assert_mean(film, ALBEDO * COLOUR / (np.pi * size[0] * size[1]), 0.004, rounding=1e-3)
+
+
+@pytest.mark.parametrize("stretch", [(2.0, 1.0, 1.0), (0.5, 1.0, 2.0), (3.0, 3.0, 3.0)])
+def test_stretched_spot(stretch):
+    """The cone is round in the space that the axes' lengths span."""
+    at, cone, blend = np.array((0.5, 1.0, 3.0)), 1.1, 0.7
+    matrix = look_at(at, (1.2, 0.5, 0.0))
+    local = (-at @ matrix[:, :3]) / stretch
+    cosine, d = -local[2] / np.linalg.norm(local), np.linalg.norm(at)
+    b = floor((SPOT, COLOUR * 50, matrix * (*stretch, 1.0), (0, 0), (cone, blend)))
+    expected = falloff(cosine, cone, blend) * 50 / (4 * np.pi) * at[2] / d ** 3
+    assert_exactly(render(b.make(), 64, max_bounces=0), ALBEDO / np.pi * COLOUR * expected, 1e-4)
+
+
 def test_area_lamps_shine_to_one_side():
     away = look_at((0, 0, 2), (0, 0, 5))
     film = render(floor((RECTANGLE, COLOUR, away, (1, 1)), (ELLIPSE, COLOUR, away, (1, 1))).make(), 256, max_bounces=0)

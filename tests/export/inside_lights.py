@@ -105,10 +105,23 @@ def test_what_is_left_out_is_named():
     portal = lamp("AREA")
     portal.cycles.is_portal = True
     add("portal", portal)
-    add("narrow", lamp("AREA", spread=1.0))
     scene = export()
-    assert scene.names["lights"] == ["narrow"]
-    assert "portal" in notes_of(scene, "portal")[0] and "spread" in notes_of(scene, "narrow")[0]
+    assert not scene.names.get("lights")
+    assert "portal" in notes_of(scene, "portal")[0]
+
+
+def test_spread_and_stretched_cone():
+    for name, spread in (("narrow", 1.0), ("parallel", 0.0)):
+        add(name, lamp("AREA", spread=spread))
+    add("spot", lamp("SPOT"), scale=(2, 1, 3))
+    add("point", lamp("POINT"), scale=(2, 1, 3))
+    scene = export()
+    spread = dict(zip(scene.names["lights"], scene.light_spread, strict=True))
+    near([spread[name] for name in ("narrow", "parallel", "spot")], (1.0, 1e-3, 0.0))
+    lengths = dict(zip(scene.names["lights"], np.linalg.norm(scene.light_to_world[:, :, :3], axis=1), strict=True))
+    near(lengths["spot"], (2, 1, 3))
+    near(lengths["point"], np.ones(3))
+    assert not scene.notes
 
 
 def world(build=None):

@@ -55,7 +55,7 @@ def floor_radiance(scene):
         irradiance = radiance * cosine * solid
         if light["kind"] == 1:
             axis = -(place / np.sqrt(distance2)) @ light["normal"]
-            x = np.clip((axis - light["spot_cos"]) * light["spot_smooth"], 0, 1)
+            x = np.clip((axis - light["cone"]) * light["cone_scale"], 0, 1)
             irradiance = irradiance * x * x * (3 - 2 * x)
     else:
         grid = (np.arange(POINTS) + 0.5) / POINTS * 2 - 1

@@ -39,7 +39,7 @@ void probe_sample(const Light *l, const float *p, int n, const float *u, float *
                   float *distance) {
   for (int i = 0; i < n; i++) {
     LightSample s = sample_light(*l, make_real3(p[0], p[1], p[2]), make_real2(u[2 * i], u[2 * i + 1]),
-                                 l->kind == LIGHT_TRIANGLE ? 0u : FEATURE_LAMPS);
+                                 l->kind == LIGHT_TRIANGLE ? 0u : FEATURE_LAMPS | FEATURE_LAMP_SHAPES);
     float d[3] = {s.direction.x, s.direction.y, s.direction.z}, r[3] = {s.radiance.x, s.radiance.y, s.radiance.z};
     for (int k = 0; k < 3; k++) direction[3 * i + k] = d[k], radiance[3 * i + k] = r[k];
     pdf[i] = s.pdf;
@@ -50,7 +50,7 @@ void probe_hit(const Light *l, const float *p, int n, const float *d, float t_ma
                int *hit) {
   for (int i = 0; i < n; i++) {
     Ray ray = free_ray(make_real3(p[0], p[1], p[2]), make_real3(d[3 * i], d[3 * i + 1], d[3 * i + 2]), 0.0f, FAR_AWAY);
-    LightHit h = hit_lamp(*l, ray, t_max, t_max >= FAR_AWAY);
+    LightHit h = hit_lamp(*l, ray, t_max, t_max >= FAR_AWAY, FEATURE_LAMP_SHAPES);
     float r[3] = {h.radiance.x, h.radiance.y, h.radiance.z};
     for (int k = 0; k < 3; k++) radiance[3 * i + k] = r[k];
     pdf[i] = h.pdf;
@@ -99,11 +99,11 @@ def kernel():
     return Kernel()
 
 
-def record(kind, size, matrix, spot=(1.2, 0.5), flags=0):
+def record(kind, size, matrix, spot=(1.2, 0.5), flags=0, spread=0.0):
     """A lamp's record as prepare makes it, picked with probability 1."""
     b = Builder()
     b.add(quad((0, 0, 0), (1, 0, 0), (0, 1, 0)), diffuse(0.5))
-    b.lamp(kind, (1, 2, 3), matrix, size, spot, flags)
+    b.lamp(kind, (1, 2, 3), matrix, size, spot, flags, spread=spread)
     return ready(b.make()).buffers["lights"]
 
 
@@ -114,6 +114,13 @@ LAMPS = {
     "spot disk": (SPOT, (0.5, 0), DOWN, (1.2, 0.5), N["LIGHT_DISK"]),
     "sun": (SUN, (0.8, 0), DOWN), "small sun": (SUN, (0.01, 0), DOWN),
     "rectangle": (RECTANGLE, (1.5, 0.5), DOWN), "ellipse": (ELLIPSE, (0.6, 1.4), DOWN),
+    "stretched spot": (SPOT, (0.5, 0), DOWN * (1.6, 0.7, 1.0, 1.0)),
+}
+SPREADS = {
+    "rectangle": (RECTANGLE, (1.5, 0.5), 0.5), "wide": (RECTANGLE, (1.5, 0.5), 3.0),
+    "tiny": (RECTANGLE, (1.5, 0.5), 0.01),
+    "ellipse": (ELLIPSE, (1.6, 1.4), 0.5), "disk in it": (ELLIPSE, (2.6, 2.4), 0.4),
+    "slim": (ELLIPSE, (2.5, 0.4), 0.7), "whole": (ELLIPSE, (0.3, 0.2), 2.0),
 }
 PLACES = {"below": (0.0, 0.0, 0.0), "aside": (2.0, 1.0, 0.7)}
 
@@ -196,6 +203,43 @@ def test_samples_follow_their_density(kernel, case):
     assert stats.chi2.sf(chi2, inside.sum()) > SIGNIFICANCE, (chi2, inside.sum())
     rest = expected[~inside].sum()
     assert abs(observed[~inside].sum() - rest) < 5 * np.sqrt(rest) + 0.01 * SAMPLES
+
+
+@pytest.mark.parametrize("lamp", SPREADS)
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (0.7, 0.2, 0.3)], ids=["below", "aside"])
+def test_spreads_are_drawn_where_they_light(kernel, lamp, place):
+    """What is drawn is hit with the same density and radiance; nothing is drawn in vain but in the corners around an
+    ellipse; and the mean over what is drawn is the irradiance."""
+    kind, size, spread = SPREADS[lamp]
+    light, rng = record(kind, size, DOWN, spread=spread), np.random.default_rng(zlib.crc32(lamp.encode()))
+    d, radiance, pdf, _ = kernel.sample(light, place, rng.random((SAMPLES, 2), np.float32))
+    drawn = pdf > 0
+    if not drawn.any():
+        assert lamp in ("tiny", "disk in it", "ellipse", "rectangle") and place[0] > 0
+        return
+    assert drawn.mean() > (0.99 if kind == RECTANGLE else 0.5)
+    seen, other, hit = kernel.hit(light, place, d[drawn])
+    assert hit.mean() > 0.995
+    np.testing.assert_allclose(other[hit], pdf[drawn][hit], rtol=3e-3)
+    np.testing.assert_allclose(seen[hit], radiance[drawn][hit], rtol=2e-3, atol=2e-3 * radiance.max())
+    facing = -light["normal"][0].astype(float)
+    weighed = np.where(drawn, radiance[:, 0] * (d @ facing) / np.where(drawn, pdf, 1), 0.0)
+    exact = spread_irradiance(light[0], np.array(place), half=spread / 2)
+    assert abs(weighed.mean() - exact) < 5 * weighed.std() / np.sqrt(SAMPLES) + 2e-4 * exact
+
+
+def spread_irradiance(light, p, half, n=1500):
+    """Of a surface at p that faces the lamp's plane, in float64: a sum over its points."""
+    grid = (np.arange(n) + 0.5) / n * 2 - 1
+    a, b = np.meshgrid(grid, grid)
+    inside = (a * a + b * b <= 1) | (light["kind"] == RECTANGLE)
+    u, v, normal, position = (light[name].astype(float) for name in ("u", "v", "normal", "position"))
+    points = position + (a * light["size_u"])[..., None] * u + (b * light["size_v"])[..., None] * v - p
+    d2 = (points ** 2).sum(axis=-1)
+    cosine = np.maximum(-(points @ normal) / np.sqrt(d2), 1e-9)
+    passed = np.maximum(np.tan(half) - np.sqrt(np.maximum(1 - cosine ** 2, 0)) / cosine, 0) / (np.tan(half) - half)
+    cells = 4 * float(light["size_u"]) * float(light["size_v"]) / n ** 2
+    return float(light["radiance"][0]) * (inside * passed * cosine ** 2 / d2).sum() * cells
 
 
 def solid_angle(corners):

@@ -1,0 +1,37 @@
+"""Lamps against Cycles: blend_scenes/nodes/make_lamps.py."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from bench.cycles_compare import render_both, same_bits
+from bench.cycles_process import find_python
+from bench.replicates import compare_replicates
+from tests.conftest import missing
+
+SCRIPT = Path(__file__).parents[2] / "blend_scenes" / "nodes" / "make_lamps.py"
+SIZE, SAMPLES, REPLICATES = 48, 512, 12
+# How noisy a picture may be at equal samples, as variance over Cycles'.
+NOISE = {"spread": 1.5, "narrow": 1.5, "stretched": 1.5}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", NOISE)
+def test_pictures_agree(case, tmp_path):
+    python = find_python()
+    if python is None:
+        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
+    blend = tmp_path / "lamps.blend"
+    subprocess.run([python, str(SCRIPT), "--", str(blend), case], check=True, capture_output=True,
+                   stdin=subprocess.DEVNULL)
+    renders = render_both(blend, SIZE, SAMPLES, REPLICATES)
+    assert not renders["scene"].notes, renders["scene"].notes
+    found = compare_replicates(renders["isophote"], renders["cycles"])
+    for mean in found["means"]:
+        assert abs(mean["ratio"] - 1.0) <= 1.5 * mean["half_interval"] + 2e-4, found
+        assert mean["half_interval"] < 0.01, found
+    assert found["tiles"]["passed"] and found["pixels"]["passed"], found
+    assert found["noise"]["median"] <= NOISE[case], found
+    bits = same_bits(renders["scene"], renders["settings"])
+    assert bits.get("differing", 0) == 0, bits
