@@ -19,7 +19,7 @@ from isophote.passes import make_passes
 from isophote.scene import SceneError
 from isophote.session import Progress, Session
 
-from . import kept, ledger, log, native
+from . import kept, ledger, left_out, log, native
 from .compat import catch_interrupts, frame_border, interrupted
 from .export import export_scene
 from .export.changes import Changes
@@ -83,7 +83,7 @@ def render_layer(engine, depsgraph) -> None:
             shown = [] if engine.is_preview else log.notes(session.notes)
             finish = render_session(engine, worker, session, view_layer.name)
             if not engine.is_preview:
-                log.notes(session.notes, shown)
+                left_out.keep(*names, log.notes(session.notes, shown))
                 result = session.result()
                 log.finished(result, export_seconds)
                 ledger.keep(blender_scene.name, result)

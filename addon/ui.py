@@ -8,11 +8,22 @@ from pathlib import Path
 
 import bpy
 
-from . import ledger, native, trade
+from . import ledger, left_out, native, trade
 from .compat import shadow_switch
 from .operators import ISOPHOTE_OT_copy_cycles_settings as CopyCycles
 from .operators import ISOPHOTE_OT_find_devices as FindDevices
 from .result import KINDS
+
+UNTIL_THEN = "Rendering the scene will tell"
+SHOWN = 20  # notes of a panel
+LETTER, MARGIN = 6.5, 60.0  # pixels of a letter and around a panel's text, where Blender's scale is 1
+
+
+def say(column, context, text: str, icon: str = "NONE") -> None:
+    """A text in as many lines as the width of the editor needs."""
+    width = context.region.width / context.preferences.system.ui_scale
+    for number, part in enumerate(textwrap.wrap(text, max(20, int((width - MARGIN) / LETTER)))):
+        column.label(text=part, icon="BLANK1" if number and icon != "NONE" else icon)
 
 
 class PanelBase:
@@ -41,9 +52,7 @@ class ISOPHOTE_PT_sampling(PanelBase, bpy.types.Panel):
         column, own = self.column(), context.scene.isophote
         problem = native.problem()
         if problem:
-            column.label(text="This render engine cannot be used:", icon="ERROR")
-            for first in range(0, len(problem), 60):
-                column.label(text=problem[first:first + 60])
+            say(column, context, f"This render engine cannot be used: {problem}", "ERROR")
         column.prop(own, "samples")
         column.prop(own, "time_limit")
         column.prop(own, "error_percent")
@@ -105,16 +114,33 @@ class ISOPHOTE_PT_ledger(PanelBase, bpy.types.Panel):
 
     def draw(self, context):
         column = self.layout.column(align=True)
-        for sentence in ledger.sentences(context.scene.name) or ["Rendering the scene will tell"]:
-            for part in textwrap.wrap(sentence, 60):
-                column.label(text=part)
+        for sentence in ledger.sentences(context.scene.name) or [UNTIL_THEN]:
+            say(column, context, sentence)
         task = ledger.current
         if task and task.running:
             column.label(text=f"Measuring: {task.doing}")
             return
         if task and task.error:
-            column.label(text=task.error, icon="ERROR")
+            say(column, context, task.error, "ERROR")
         column.operator(ledger.ISOPHOTE_OT_measure_ledger.bl_idname)
+
+
+class ISOPHOTE_PT_left_out(PanelBase, bpy.types.Panel):
+    bl_label = "Left Out"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context):
+        notes = left_out.lines(context.scene.name, context.view_layer.name)
+        if notes:
+            self.layout.label(text=str(len(notes)), icon="ERROR")
+
+    def draw(self, context):
+        column = self.layout.column(align=True)
+        notes = left_out.lines(context.scene.name, context.view_layer.name)
+        for note in ([UNTIL_THEN] if notes is None else notes or ["Nothing"])[:SHOWN]:
+            say(column, context, note, "DOT" if notes else "NONE")
+        if notes and len(notes) > SHOWN:
+            column.label(text=f"and {len(notes) - SHOWN} more, which are in the log", icon="BLANK1")
 
 
 class ISOPHOTE_PT_film(PanelBase, bpy.types.Panel):
@@ -154,8 +180,7 @@ class ISOPHOTE_PT_trade(PanelBase, bpy.types.Panel):
             column.label(text=f"{100 * report.share:.0f} %: {report.doing}", icon="TIME")
             column.operator(trade.ISOPHOTE_OT_stop_trade_report.bl_idname, icon="CANCEL")
         elif report.error:
-            for first in range(0, len(report.error), 60):
-                column.label(text=report.error[first:first + 60], icon="NONE" if first else "ERROR")
+            say(column, context, report.error, "ERROR")
         else:
             text = "Open Report (stopped early)" if report.made["partial"] else "Open Report"
             column.operator("wm.url_open", text=text, icon="URL").url = Path(report.made["page"]).as_uri()
@@ -241,6 +266,7 @@ CLASSES = (
     ISOPHOTE_PT_bounces,
     ISOPHOTE_PT_clamping,
     ISOPHOTE_PT_ledger,
+    ISOPHOTE_PT_left_out,
     ISOPHOTE_PT_film,
     ISOPHOTE_PT_performance,
     ISOPHOTE_PT_trade,

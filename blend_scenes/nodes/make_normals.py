@@ -3,7 +3,8 @@
 
     python blend_scenes/nodes/make_normals.py -- FOLDER
 
-Writes normals.blend: shapes under a sun and a sky, plain, mirrored and instanced, some with their backs to the camera.
+Writes normals.blend: shapes under a sun and a sky, plain, mirrored and instanced, some with their backs to the camera;
+and steps.blend: shapes that glow with the normal that bump makes of heights that jump.
 Needs bpy.
 """
 
@@ -15,7 +16,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from shapes import add_shape, empty_scene, frame, new_material, place_of, save_all  # noqa: E402
+from shapes import COLUMNS, add_shape, emitting, empty_scene, frame, new_material, place_of, save_all  # noqa: E402
 
 
 def with_normal(build, shader: str = "ShaderNodeBsdfDiffuse", roughness: float = 0.3):
@@ -140,5 +141,35 @@ def make_normals() -> None:
     frame(number, 9)
 
 
+def steps(width: float, coordinates: str):
+    """The normal of a Bump node whose height jumps from square to square."""
+    def build(tree):
+        node, checker = tree.nodes.new("ShaderNodeBump"), tree.nodes.new("ShaderNodeTexChecker")
+        checker.inputs["Scale"].default_value = 9.0
+        node.inputs["Filter Width"].default_value, node.inputs["Distance"].default_value = width, 0.1
+        tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs[coordinates], checker.inputs["Vector"])
+        tree.links.new(checker.outputs["Fac"], node.inputs["Height"])
+        return node.outputs[0]
+    return build
+
+
+def make_steps() -> None:
+    """Heights that jump show where bump looks: how far, and along which axes. The lens is wide and begins far off."""
+    empty_scene()
+    widths, number = (0.1, 0.5, 1.0, 3.0), 0
+    for coordinates in ("Object", "UV", "Generated"):
+        for width in widths:
+            for shape in ("ball", "torus"):
+                material = emitting(f"{coordinates} {width} {number}", steps(width, coordinates))
+                add_shape(shape, f"patch {number}", place_of(number), material, rotation=(0.4, 0.3, 0.2))
+                number += 1
+    frame(number)
+    scene, rows = bpy.context.scene, number // COLUMNS
+    camera, high = scene.camera, 4.0
+    camera.data.type, camera.data.clip_start, camera.location.z = "PERSP", 2.0, high
+    camera.data.lens = camera.data.sensor_width * high / max(COLUMNS, rows)
+    scene.cycles.filter_width = 0.01
+
+
 if __name__ == "__main__":
-    save_all({"normals": make_normals}, sys.argv[-1])
+    save_all({"normals": make_normals, "steps": make_steps}, sys.argv[-1])

@@ -61,21 +61,39 @@ FN Edges triangle_edges(Scene s, Point at) {
 }
 
 /* How wide a pixel is where the ray met the surface, metres, as the camera would see it from so far: Igehy 1999, "Tracing
- * Ray Differentials", with one width for all directions. Longer paths count with their last ray only. */
+ * Ray Differentials", with one width for all directions, the mean of a pixel's sides. Away from the middle of the picture
+ * these span smaller angles. Longer paths count with their last ray only, as if it came from the middle. */
 FN real footprint_width(Scene s, Point at) {
   Camera c = s.camera[0];
-  real pixel = REAL(0.5) * (fabs(to_real(c.right) - to_real(c.left)) / real_of(c.width) +
-                            fabs(to_real(c.top) - to_real(c.bottom)) / real_of(c.height));
-  real width = c.kind == CAMERA_PERSPECTIVE ? pixel * at.length : pixel;
+  int seen = (at.kind & RAY_CAMERA) != 0u;
+  real x = fabs(to_real(c.right) - to_real(c.left)) / real_of(c.width);
+  real y = fabs(to_real(c.top) - to_real(c.bottom)) / real_of(c.height);
+  real3 d = turned_to_camera(c, at.direction);
+  d = select3(seen, d, make_real3(REAL(0.0), REAL(0.0), REAL(1.0)));
+  real cosine = max_real(d.z, REAL(1e-3));
+  real angle = cosine * (x * safe_sqrt(REAL(1.0) - d.x * d.x) + y * safe_sqrt(REAL(1.0) - d.y * d.y));
+  real length = at.length + (seen ? to_real(c.clip_start) / cosine : REAL(0.0)); /* its rays start there */
+  real width = REAL(0.5) * (c.kind == CAMERA_PERSPECTIVE ? angle * length : x + y);
   /* Below that float32 tells points of the surface no longer apart. */
   return max_real(width, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
+}
+
+/* Two axes along the surface at right angles, as Cycles has them: which ones they are shows where a height jumps within a
+ * footprint. */
+FN Frame surface_axes(real3 n) {
+  int even = (n.x == n.y) & (n.x == n.z);
+  Frame f;
+  f.x = normalize3(cross3(even ? make_real3(REAL(-1.0), REAL(1.0), REAL(1.0)) : splat3(REAL(1.0)), n));
+  f.y = cross3(n, f.x);
+  f.z = n;
+  return f;
 }
 
 /* Steps along the surface, a footprint long, at right angles: their vectors in the world, and by how much the weights of
  * the triangle's second and third corner change on the way. */
 VALUE(footprint) {
   real width = footprint_width(s, at);
-  Frame frame = make_frame(at.ng);
+  Frame frame = surface_axes(at.ng);
   real3 dx = frame.x * width, dy = frame.y * width;
   Edges e = triangle_edges(s, at);
   real3 n = cross3(e.e1, e.e2);

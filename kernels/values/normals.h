@@ -71,7 +71,7 @@ VALUE(bump) {
   real3 n = IN3(0);
   real h = IN(3), strength = max_real(IN(6), REAL(0.0));
   real scale = IN(7) / (footprint_width(s, at) * to_real(o.number));
-  Frame frame = make_frame(at.ng);
+  Frame frame = surface_axes(at.ng);
   real3 rx = cross3(frame.y, n), ry = cross3(n, frame.x);
   real det = dot3(frame.x, rx);
   real3 slope = (rx * (IN(4) - h) + ry * (IN(5) - h)) * scale;

@@ -185,3 +185,11 @@ def test_settings_come_from_cycles(host):
     assert found == {"samples": 77, "time_limit": 12.5, "seed": 5, "max_bounces": 11, "diffuse_bounces": 3,
                      "glossy_bounces": 2, "transmission_bounces": 9, "transparent_bounces": 6, "clamp_direct": 1.5,
                      "clamp_indirect": 10.0, "filter_width": 2.5, "device": "openmp"}, log
+
+
+def test_the_panel_says_what_was_left_out(host):
+    found, log = host.scenario("left_out")
+    assert found["before"] is None and found["empty"] == []
+    assert found["after"] == ["material 'Material': Hair BSDF (ShaderNodeBsdfHair): not supported, rendered as Diffuse"]
+    assert f"Isophote: note: {found['after'][0]}" in log
+    assert "Traceback" not in log

@@ -11,8 +11,9 @@ from tests.images.patches import make_blends
 
 PATCH = 32  # pixels
 # Samples of a replicate and replicates; what means of a patch may be apart, in parts, beyond what noise explains.
-RENDERED = {"inputs": (1, 2, 4e-3), "instances": (1, 2, 4e-3), "normals": (16, 3, 0.01), "paths": (16, 3, 4e-3)}
-POINTWISE, SHOWN = 1e-3, ("inputs", "instances")  # difference of nine pixels out of ten, without noise
+RENDERED = {"inputs": (1, 2, 4e-3), "instances": (1, 2, 4e-3), "normals": (16, 3, 0.01), "steps": (1, 2, 4e-3),
+            "paths": (16, 3, 4e-3)}
+POINTWISE, SHOWN = 1e-3, ("inputs", "instances", "steps")  # difference of nine pixels out of ten, without noise
 
 
 @pytest.fixture(scope="module")
