@@ -37,7 +37,7 @@ from isophote.statistics import Luminance, luminance_of, spread_over_tiles
 from isophote.totals import THREADS
 
 PILOT = BLOCK  # samples of every pixel, before the first decision
-GROWTH = (1.125, 1.5)  # least and most, of the samples from one decision to the next
+GROWTH = (1.125, 2.0)  # least and most, of the samples from one decision to the next
 CELL = (4, 2)  # pixels of one colour that get the same number: of 4 x 4 of the picture
 STEP = 1.0 / 64.0  # of x, in the table of its derivative
 LEAST = 1e-6  # of the largest wanted number, for pixels without noise: they come last, but they come
