@@ -30,6 +30,7 @@ SCENES = {
     **{name: ("make_inputs.py", ("{}",), FEW) for name in ("inputs", "instances")},
     "paths": ("make_inputs.py", ("{}",), MANY),
     "normals": ("make_normals.py", ("{}",), MANY),
+    "steps": ("make_normals.py", ("{}",), FEW),
     "images": ("make_images.py", ("--", "{}/images.blend"), FEW),
     **{world: ("make_worlds.py", ("--", f"{{}}/{world}.blend", world), MANY)
        for world in ("sky", "sunny", "ball", "hidden", "light_path", "lamps", "screens")},
