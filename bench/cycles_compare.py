@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import tempfile
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,14 +34,20 @@ OPENCL_SIZE, OPENCL_SAMPLES = 64, 4  # PoCL is slow: enough for bits
 
 
 def render_both(blend: Path, longest: int, samples: int, replicates: int) -> dict:
-    """Both engines' replicates (K, h, w, 3), "isophote" and "cycles", and what they were rendered from."""
+    """Both engines' replicates (K, h, w, 3), "isophote" and "cycles", and what they were rendered from.
+
+    "seconds": of each engine, from the file to the last picture.
+    """
+    started = time.perf_counter()
     with Cycles(blend, longest) as cycles:
         theirs = np.stack([cycles.render(samples, seed) for seed in range(replicates)])
         info = cycles.info
+    between = time.perf_counter()
     settings = same_settings(info, samples=samples)
     scene = exported(blend, tuple(info["size"]))
     ours = render_replicates(scene, settings, range(replicates))
-    return {"isophote": ours, "cycles": theirs, "scene": scene, "settings": settings, "info": info}
+    seconds = {"isophote": time.perf_counter() - between, "cycles": between - started}
+    return {"isophote": ours, "cycles": theirs, "scene": scene, "settings": settings, "info": info, "seconds": seconds}
 
 
 def same_bits(scene: Scene, settings: Settings) -> dict:

@@ -399,7 +399,10 @@ def world_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "world", f"{len(scene.world_material)} materials where there is room for one"))
     if not np.isfinite(scene.world_radiance).all():
         problems.append(Problem("error", "world", "its radiance is not finite"))
+    dark = not (scene.world_radiance.any() or len(scene.world_material))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
-        dark = "" if scene.world_radiance.any() or len(scene.world_material) else ", and the world is black"
-        problems.append(Problem("warning", "scene", f"it is empty: only the world is rendered{dark}"))
+        black = ", and the world is black" if dark else ""
+        problems.append(Problem("warning", "scene", f"it is empty: only the world is rendered{black}"))
+    elif dark and not len(scene.light_kind) and not (scene.instruction_op == OPERATIONS["emission"][0]).any():
+        problems.append(Problem("warning", "scene", "nothing gives light: no lamp, no world, no material that emits"))
     return problems

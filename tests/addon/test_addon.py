@@ -189,7 +189,7 @@ def test_settings_come_from_cycles(host):
 
 def test_the_panel_says_what_was_left_out(host):
     found, log = host.scenario("left_out")
-    assert found["before"] is None and found["empty"] == []
+    assert found["before"] is None and found["empty"] == ["scene 'scene': it is empty: only the world is rendered"]
     assert found["after"] == ["material 'Material': Hair BSDF (ShaderNodeBsdfHair): not supported, rendered as Diffuse"]
     assert f"Isophote: note: {found['after'][0]}" in log
     assert "Traceback" not in log

@@ -5,6 +5,7 @@ import pytest
 from noise_device import tiny_scene
 
 from isophote.validate import clean, validate
+from tests.scenes import Builder, program, quad
 
 
 def errors(scene):
@@ -60,6 +61,14 @@ def test_an_empty_scene_renders_the_world_and_says_so():
     assert problem.severity == "warning" and "only the world is rendered" in problem.what
     scene.arrays["world_radiance"] = np.zeros(3)
     assert "the world is black" in validate(scene)[0].what
+
+
+@pytest.mark.parametrize("closure, black", [(("diffuse", (1, 1, 1)), True), (("emission", (1, 1, 1)), False)])
+def test_a_scene_without_light_says_so(closure, black):
+    builder = Builder()
+    builder.instance(builder.mesh(quad((0, 0, 0), (1, 0, 0), (0, 1, 0))), builder.material(program(closure)))
+    whats = [problem.what for problem in validate(builder.make())]
+    assert whats == (["nothing gives light: no lamp, no world, no material that emits"] if black else [])
 
 
 def two_meshes(smooth=(True, True)):

@@ -1,0 +1,71 @@
+"""Pictures of the scenes of each family of nodes for docs/nodes.md: Cycles, Isophote and their difference.
+
+    python -m bench.node_pictures [WORD] [--out docs/nodes]
+
+blend_scenes/nodes/make_*.py make the scenes; WORD keeps those whose names hold it. Prints a row of JSON for each: the
+picture, its samples, FLIP of Isophote against Cycles and of Cycles against itself, and the export's notes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+from pathlib import Path
+
+from bench.common import ROOT, print_row
+from bench.comparison_report import write_picture
+from bench.cycles_compare import render_both
+from bench.cycles_process import CyclesError, find_python
+from bench.replicates import flips
+
+MAKERS = ROOT / "blend_scenes" / "nodes"
+REPLICATES = 2
+FEW, MANY = 8, 256  # samples of a replicate: of what shines through a filter 1/100 of a pixel wide, and of what is lit
+# Name of a picture -> (script, its arguments, samples); "{}" is the folder into which scripts write NAME.blend.
+SCENES = {
+    **{name: ("make_conversions.py", ("--", "{}"), FEW) for name in ("numbers", "vectors", "colours", "spaces")},
+    "noise": ("make_noise.py", ("--", "{}"), FEW),
+    "cells": ("make_cells.py", ("--", "{}"), FEW),
+    **{name: ("make_inputs.py", ("{}",), FEW) for name in ("inputs", "instances")},
+    "paths": ("make_inputs.py", ("{}",), MANY),
+    "normals": ("make_normals.py", ("{}",), MANY),
+    "steps": ("make_normals.py", ("{}",), FEW),
+    "images": ("make_images.py", ("--", "{}/images.blend"), FEW),
+    **{world: ("make_worlds.py", ("--", f"{{}}/{world}.blend", world), MANY)
+       for world in ("sky", "sunny", "ball", "hidden", "light_path", "lamps", "screens")},
+    "shaders": ("make_shaders.py", ("{}/shaders.blend",), MANY),
+}
+
+
+def made(folder: Path, name: str) -> Path:
+    """The scene of a picture, made in `folder` unless it lies there. Raises CyclesError."""
+    script, arguments, _ = SCENES[name]
+    path = folder / f"{name}.blend"
+    if not path.is_file():
+        command = [find_python(), str(MAKERS / script), *(argument.format(folder) for argument in arguments)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if not path.is_file():  # the exit status of the bpy module says little
+            raise CyclesError(f"{script} made no {path.name}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return path
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="bench.node_pictures", description="Pictures for docs/nodes.md.")
+    parser.add_argument("word", nargs="?", default="")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "nodes")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        for name in (name for name in SCENES if options.word in name):
+            samples = SCENES[name][2]
+            both = render_both(made(Path(folder), name), 0, samples, REPLICATES)
+            path = options.out / f"{name}.png"
+            write_picture(path, both["cycles"].mean(axis=0), both["isophote"].mean(axis=0))
+            print_row({"picture": path.name, "samples": REPLICATES * samples, **flips(both["isophote"], both["cycles"]),
+                       "notes": both["scene"].notes})
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
