@@ -1,6 +1,7 @@
 /* The surface around the point: spaces, what a pixel covers of it, its triangle's edges. */
 #ifndef ISOPHOTE_VALUES_GEOMETRY_H
 #define ISOPHOTE_VALUES_GEOMETRY_H
+#include "../panorama.h"
 #include "attribute.h"
 #include "value.h"
 
@@ -64,9 +65,11 @@ FN Edges triangle_edges(Scene s, Point at) {
  * Ray Differentials", with one width for all directions. Longer paths count with their last ray only. */
 FN real footprint_width(Scene s, Point at) {
   Camera c = s.camera[0];
-  real pixel = REAL(0.5) * (fabs(to_real(c.right) - to_real(c.left)) / real_of(c.width) +
-                            fabs(to_real(c.top) - to_real(c.bottom)) / real_of(c.height));
-  real width = c.kind == CAMERA_PERSPECTIVE ? pixel * at.length : pixel;
+  real width = to_real(c.pixel) * (c.kind == CAMERA_ORTHOGRAPHIC ? REAL(1.0) : at.length);
+  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
+    real seen = panorama_pixel(c, c.kind, turned_to_camera(c, at.direction)) * (at.length + to_real(c.clip_start));
+    width = (at.kind & RAY_CAMERA) ? seen : width;
+  }
   /* Below that float32 tells points of the surface no longer apart. */
   return max_real(width, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
 }
@@ -116,9 +119,14 @@ VALUE(window_point) {
   Camera c = s.camera[0];
   real3 p = IN3(0);
   real scale = c.kind == CAMERA_PERSPECTIVE ? REAL(1.0) / p.z : REAL(1.0);
+  real2 seen = make_real2(p.x * scale, p.y * scale);
+  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
+    seen = panorama_window(c, c.kind, unit_or(p, zero3()));
+    seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y)); /* Cycles shifts pictures only */
+  }
   real left = to_real(c.left), bottom = to_real(c.bottom);
-  OUT3(0, make_real3((p.x * scale - left) / (to_real(c.right) - left),
-                     (p.y * scale - bottom) / (to_real(c.top) - bottom), REAL(0.0)))
+  OUT3(0, make_real3((seen.x - left) / (to_real(c.right) - left), (seen.y - bottom) / (to_real(c.top) - bottom),
+                     REAL(0.0)))
 }
 
 /* 1 within half of the size of an edge of the triangle, metres; o.data: pixels, as they are seen from the side. */
