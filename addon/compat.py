@@ -139,6 +139,11 @@ def corner_normals(mesh, vertices: np.ndarray, triangles: np.ndarray) -> np.ndar
     return normals
 
 
+def panorama_of(camera):
+    """What holds a camera's panorama: its data, or in older versions Cycles' properties of it; None without these."""
+    return camera if hasattr(camera, "panorama_type") else getattr(camera, "cycles", None)
+
+
 def casts_shadow(light) -> bool:
     """Whether Cycles lets a lamp cast shadows: a property of its own until 4.1, Blender's since."""
     cycles = getattr(light, "cycles", None)

@@ -139,12 +139,17 @@ def make_camera(scene: Scene) -> np.ndarray:
     """The camera's record."""
     matrix = scene.camera_to_world
     left, right, bottom, top = scene.camera_window
+    polynomial = scene.camera_kind == numbers()["CAMERA_POLYNOMIAL"]
+    middle = abs(scene.camera_panorama[2]) if polynomial else 1.0  # angle by distance there
     return make_records(
         "Camera", 1, x=matrix[:, 0], y=matrix[:, 1], z=matrix[:, 2], position=matrix[:, 3], left=left, right=right,
-        bottom=bottom, top=top, clip_start=scene.camera_clip[0], clip_end=scene.camera_clip[1],
+        bottom=bottom, top=top,
+        pixel=0.5 * (abs(right - left) / scene.resolution[0] + abs(top - bottom) / scene.resolution[1]) * middle,
+        clip_start=scene.camera_clip[0], clip_end=scene.camera_clip[1],
         lens=scene.camera_lens[0], focus=scene.camera_lens[1], blades=scene.camera_lens[2],
         blade_rotation=scene.camera_lens[3], lens_ratio=scene.camera_lens[4], kind=scene.camera_kind,
-        width=scene.resolution[0], height=scene.resolution[1])
+        width=scene.resolution[0], height=scene.resolution[1], reach=scene.camera_panorama[0],
+        polynomial=scene.camera_panorama[1:6], shift_x=scene.camera_panorama[6], shift_y=scene.camera_panorama[7])
 
 
 def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -274,6 +279,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_SLOTS": len(buffers["slots"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),
         "FEATURE_LENS": scene.camera_lens[0] > 0,
+        "FEATURE_PANORAMA": scene.camera_kind >= n["CAMERA_EQUIRECTANGULAR"],
         "FEATURE_VALUES": len(scene.step_op) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,

@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from isophote.records import numbers
+
 FORMAT = 4
 
 
@@ -33,10 +35,15 @@ class Field:
 FIELDS: dict[str, Field] = {
     "origin": Field("f8", (3,), "a place near the camera in Blender's world; all else is relative to it, metres"),
     "resolution": Field("i4", (2,), "width and height of the full frame, pixels"),
-    "camera_kind": Field("i4", (), "0 perspective, 1 orthographic"),
-    "camera_to_world": Field("f8", (3, 4), "rigid, relative to origin; looks along its -z"),
-    "camera_window": Field("f8", (4,), "left, right, bottom, top at distance 1 (perspective) or in metres"),
-    "camera_clip": Field("f8", (2,), "start and end, metres along -z"),
+    "camera_kind": Field("i4", (), "CAMERA_ number (kernels/scene_records.h)"),
+    "camera_to_world": Field("f8", (3, 4), "rigid, relative to origin; looks along its -z, panoramas along its x, of "
+                                           "which -z is up (of a mirror ball along -y)"),
+    "camera_window": Field("f8", (4,), "left, right, bottom, top at distance 1 (perspective), in metres (orthographic) "
+                                       "or as kernels/panorama.h counts"),
+    "camera_clip": Field("f8", (2,), "start and end, metres along -z, of a panorama from its place"),
+    "camera_panorama": Field("f8", (8,), "how far from the middle of its window a fisheye sees (a polynomial: radians "
+                                         "from its axis); five coefficients of the polynomial: radians by mm; by how "
+                                         "much its window is shifted, of which window coordinates know nothing"),
     "camera_lens": Field("f8", (5,), "radius (0: a point), distance in focus, metres; blades (0: round), their "
                                      "rotation in radians, height over width"),
     "vertices": Field("f4", ("V", 3), "object space"),
@@ -209,8 +216,12 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def resized(scene: Scene, size: tuple[int, int]) -> Scene:
-    """The scene at another size in pixels: what is seen from left to right stays, the height follows the aspect."""
+    """The scene at another size in pixels: what is seen from left to right stays, the height follows the aspect, but
+    for panoramas that fill any frame."""
+    n = numbers()
     left, right, bottom, top = scene.camera_window
+    if n["CAMERA_EQUIRECTANGULAR"] <= scene.camera_kind < n["CAMERA_EQUISOLID"]:
+        return replace(scene, arrays=scene.arrays | {"resolution": np.array(size, np.int32)})
     old, new = scene.resolution[1] / scene.resolution[0], size[1] / size[0]
     middle, half = (bottom + top) / 2, (top - bottom) / 2 * (new / old if scene.resolution.all() else 1.0)
     arrays = scene.arrays | {"resolution": np.array(size, np.int32),

@@ -19,7 +19,6 @@ from isophote.scene import Scene
 from isophote.values import operations
 
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
-CAMERA_KINDS = 2
 
 
 @dataclass(frozen=True)
@@ -151,9 +150,9 @@ def camera_problems(scene: Scene) -> list[Problem]:
     width, height = scene.resolution
     if width < 1 or height < 1:
         problems.append(Problem("error", "resolution", f"{width} x {height} pixels"))
-    if not 0 <= scene.camera_kind < CAMERA_KINDS:
+    if not 0 <= scene.camera_kind < numbers()["CAMERA_KINDS"]:
         problems.append(Problem("error", "camera", f"kind {int(scene.camera_kind)} is not known"))
-    for name in ("camera_to_world", "camera_window", "camera_clip", "camera_lens", "origin"):
+    for name in ("camera_to_world", "camera_window", "camera_clip", "camera_lens", "camera_panorama", "origin"):
         if not np.isfinite(scene.arrays[name]).all():
             problems.append(Problem("error", "camera", f"{name} is not finite"))
     if problems:
@@ -164,9 +163,23 @@ def camera_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "camera", "camera_to_world is not rigid"))
     elif scene.camera_lens[0] > 0 and not (scene.camera_lens[[1, 4]] > 0).all():
         problems.append(Problem("error", "camera", "its lens has no distance in focus, or no ratio"))
+    elif scene.camera_kind >= numbers()["CAMERA_EQUIRECTANGULAR"]:
+        problems += panorama_problems(scene)
     elif not (right > left and top > bottom):
         problems.append(Problem("error", "camera", "its window is empty"))
     return problems
+
+
+def panorama_problems(scene: Scene) -> list[Problem]:
+    n = numbers()
+    left, right, bottom, top = scene.camera_window  # may be mirrored
+    if right == left or top == bottom:
+        return [Problem("error", "camera", "its window is empty")]
+    if scene.camera_kind == n["CAMERA_POLYNOMIAL"] and scene.camera_panorama[2] == 0.0:
+        return [Problem("error", "camera", "its polynomial has no linear term")]
+    if scene.camera_kind >= n["CAMERA_MIRROR_BALL"] and not scene.camera_panorama[0] > 0.0:
+        return [Problem("error", "camera", "its fisheye lens sees nothing")]
+    return []
 
 
 def index_problems(scene: Scene) -> list[Problem]:

@@ -1,7 +1,9 @@
 /* From a point on the film to a ray. */
 #ifndef ISOPHOTE_CAMERA_H
 #define ISOPHOTE_CAMERA_H
+#include "camera_space.h"
 #include "disk.h"
+#include "panorama.h"
 #include "ray.h"
 
 #define FILTER_STEPS 1024 /* the table has one entry more */
@@ -24,12 +26,33 @@ FN real2 sample_lens(Camera c, real2 u) {
   return make_real2(p.x * radius / to_real(c.lens_ratio), p.y * radius);
 }
 
-/* The ray through film point (x, y), in pixels from the lower left of the full frame, and the lens' point. */
-FN Ray make_camera_ray(Camera c, real x, real y, real2 on_lens) {
+/* The ray through a point of a panorama's window. Clip distances are along the ray, the lens lies across it, and in
+ * focus is a sphere. Where the camera sees nothing the ray has no length. */
+FN Ray make_panorama_ray(Camera c, int kind, real px, real py, real2 on_lens) {
+  real3 d = panorama_direction(c, kind, px, py);
+  int seen = dot3(d, d) > REAL(0.0);
+  real3 forward = make_real3(REAL(1.0), REAL(0.0), REAL(0.0));
+  d = select3(seen, d, forward);
+  real3 start = zero3();
+  if (has_lens(c)) {
+    Frame across = make_frame_along(d, forward);
+    start = across.x * on_lens.x + across.y * on_lens.y;
+    d = normalize3(d * to_real(c.focus) - start);
+  }
+  real3 direction = turned_from_camera(c, d);
+  real near = to_real(c.clip_start);
+  real3 origin = load3(c.position) + turned_from_camera(c, start) + direction * near;
+  return free_ray(origin, direction, REAL(0.0), seen ? to_real(c.clip_end) - near : REAL(0.0));
+}
+
+/* The ray through film point (x, y), in pixels from the lower left of the full frame, and the lens' point. `kind` is the
+ * camera's, where the compiler may know it. */
+FN Ray make_camera_ray(Camera c, int kind, real x, real y, real2 on_lens) {
   real px = to_real(c.left) + (to_real(c.right) - to_real(c.left)) * (x / real_of(c.width));
   real py = to_real(c.bottom) + (to_real(c.top) - to_real(c.bottom)) * (y / real_of(c.height));
+  if (is_panorama(kind)) return make_panorama_ray(c, kind, px, py, on_lens);
   real3 ax = load3(c.x), ay = load3(c.y), az = load3(c.z);
-  int perspective = c.kind == CAMERA_PERSPECTIVE;
+  int perspective = kind == CAMERA_PERSPECTIVE;
   real3 on_window = ax * px + ay * py;
   real3 toward = select3(perspective, on_window - az, zero3() - az);
   real3 lens = zero3();
@@ -42,12 +65,14 @@ FN Ray make_camera_ray(Camera c, real x, real y, real2 on_lens) {
   real start = to_real(c.clip_start) * length;
   real3 origin = load3(c.position) + select3(perspective, zero3(), on_window) + direction * start;
   if (has_lens(c)) origin = origin + lens;
-  Ray r = free_ray(origin, direction, REAL(0.0), to_real(c.clip_end) * length - start);
-  r.kind = RAY_CAMERA;
-  return r;
+  return free_ray(origin, direction, REAL(0.0), to_real(c.clip_end) * length - start);
 }
 
-/* Distance along the camera's axis, Blender's Depth pass. */
-FN real camera_depth(Camera c, real3 p) { return -dot3(p - load3(c.position), load3(c.z)); }
+/* Distance along the camera's axis, or from a panorama's place: Blender's Depth pass. */
+FN real camera_depth(Camera c, real3 p) {
+  real3 v = p - load3(c.position);
+  if (is_panorama(c.kind)) return sqrt(dot3(v, v));
+  return -dot3(v, load3(c.z));
+}
 
 #endif

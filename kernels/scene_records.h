@@ -35,6 +35,7 @@
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 #define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
 #define FEATURE_LAMP_SHAPES 1048576u /* an area lamp with a spread, or a stretched spot */
+#define FEATURE_PANORAMA 16777216u /* a camera that is neither perspective nor orthographic */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -42,16 +43,28 @@
 
 #define CAMERA_PERSPECTIVE 0
 #define CAMERA_ORTHOGRAPHIC 1
+#define CAMERA_EQUIRECTANGULAR 2 /* from here on panoramas: panorama.h */
+#define CAMERA_CYLINDER 3
+#define CAMERA_CUBE_FACE 4
+#define CAMERA_MIRROR_BALL 5
+#define CAMERA_EQUIDISTANT 6
+#define CAMERA_EQUISOLID 7
+#define CAMERA_POLYNOMIAL 8
+#define CAMERA_KINDS 9
 
 typedef struct {
-  packed3 x, y, z, position; /* axes of the camera in the world; it looks along -z */
-  float left, right, bottom, top; /* window at distance 1 (perspective) or in metres (orthographic) */
+  packed3 x, y, z, position; /* axes of the camera in the world; it looks along -z, panoramas along x */
+  float left, right, bottom, top; /* window at distance 1 (perspective), in metres (orthographic) or as panorama.h has it */
+  float pixel; /* mean of a pixel's width and height in the middle: at distance 1, metres for an orthographic camera */
   float clip_start, clip_end;
   float lens, focus; /* radius of a thin lens, 0: a point; distance that it has in focus */
   int blades; /* of its aperture, 0: round */
   float blade_rotation, lens_ratio; /* radians; height over width */
   int kind;
   int width, height; /* of the full frame, pixels */
+  float reach;            /* how far from the middle a panorama sees */
+  float polynomial[5];    /* of CAMERA_POLYNOMIAL */
+  float shift_x, shift_y; /* of a panorama's window */
 } Camera;
 
 /* A reference into the tree: kind in the two highest bits, index in the others. */

@@ -10,8 +10,9 @@
 
 /* ---------------------------------------------------------------- generate */
 
-/* A new path for pixel (column, row) of the item's region and one of its samples. */
-FN Path generate_path(Scene s, Params params, int column, int row, uint sample, uint slot) {
+/* A new path for pixel (column, row) of the item's region and one of its samples; its throughput is 0 where the camera
+ * sees nothing. `kind` is the camera's: OpenMP's loops have a copy for each. */
+FN Path generate_path(Scene s, Params params, int kind, int column, int row, uint sample, uint slot) {
   Camera camera = s.camera[0];
   int x = params.x0 + column, y = params.y0 + row;
   uint seed = pixel_seed(uint_of(x), uint_of(y), sample & 1u, params.seed);
@@ -22,8 +23,8 @@ FN Path generate_path(Scene s, Params params, int column, int row, uint sample, 
   Path p;
   real2 on_lens = make_real2(REAL(0.0), REAL(0.0));
   if (has_lens(camera)) on_lens = sample_lens(camera, sample_pair(seed, sample >> 1, PAIR_LENS));
-  p = with_ray(p, make_camera_ray(camera, fx, fy, on_lens));
-  p = with_throughput(p, splat3(REAL(1.0)));
+  p = with_ray(p, make_camera_ray(camera, kind, fx, fy, on_lens));
+  p = with_throughput(p, splat3(is_panorama(kind) && !(p.t_max > REAL(0.0)) ? REAL(0.0) : REAL(1.0)));
   p.pdf = REAL(0.0);
   p.slot = slot;
   p.seed = seed;

@@ -109,10 +109,10 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
   clear_columns(columns, stride, slot, film_groups(params));
   if (params.listed) {
     ListedPixel listed = listed_pixels(params_buffer)[pixel];
-    return generate_path(s, params, listed.x, listed.y, listed.first + sample, slot);
+    return generate_path(s, params, s.camera[0].kind, listed.x, listed.y, listed.first + sample, slot);
   }
   uint row = pixel / uint_of(params.width);
-  return generate_path(s, params, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, slot);
+  return generate_path(s, params, s.camera[0].kind, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, slot);
 }
 
 __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, GLOBAL uint *counts,

@@ -7,7 +7,9 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "host_scene.h"
@@ -27,22 +29,34 @@ struct Part {
   uint first[CAPACITY], at[CAPACITY];
 };
 
-static void generate_batch(Batch &__restrict b, Scene s, Params params, const Part &__restrict part, uint first_sample,
-                           uint samples) {
-  b.current = 0;
-  uint count = part.pixels * samples;
-  b.count = count;
-  FOR_PATHS(i, 0, count) {
+/* One loop for each kind of camera. */
+template <int KIND>
+FN_APART void generate_paths(Batch &__restrict b, Scene s, Params params, const Part &__restrict part, uint first_sample,
+                             uint samples) {
+  FOR_PATHS(i, 0, b.count) {
     uint pixel = i / samples, sample = first_sample + i - pixel * samples;
-    Path p = generate_path(s, params, part.column[pixel], part.row[pixel], part.first[pixel] + sample, i);
+    Path p = generate_path(s, params, KIND, part.column[pixel], part.row[pixel], part.first[pixel] + sample, i);
     store_path(b.path_reals[0], b.path_uints[0], CAPACITY, i, p);
     b.red[i] = REAL(0.0);
     b.green[i] = REAL(0.0);
     b.blue[i] = REAL(0.0);
     b.alpha[i] = REAL(1.0);
   }
+}
+
+template <int... KINDS>
+static auto generate_functions(std::integer_sequence<int, KINDS...>) {
+  return std::array{&generate_paths<KINDS>...};
+}
+
+static void generate_batch(Batch &__restrict b, Scene s, Params params, const Part &__restrict part, uint first_sample,
+                           uint samples) {
+  static const auto functions = generate_functions(std::make_integer_sequence<int, CAMERA_KINDS>{});
+  b.current = 0;
+  b.count = part.pixels * samples;
+  functions[s.camera[0].kind](b, s, params, part, first_sample, samples);
   if (params.cut_plane)
-    for (real *cut : b.cut) std::fill(cut, cut + count, REAL(0.0));
+    for (real *cut : b.cut) std::fill(cut, cut + b.count, REAL(0.0));
   if (params.groups)
     for (uint i = 0; i < b.count; i++) clear_columns(b.slot_columns.data(), CAPACITY, i, params.groups);
 }

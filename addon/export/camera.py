@@ -9,9 +9,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from isophote.records import numbers
 from isophote.scene import SceneError
 
-KINDS = {"PERSP": 0, "ORTHO": 1}
+from .. import compat
+
+KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC"}  # CAMERA_ numbers of kernels/scene_records.h
+PANORAMAS = {
+    "EQUIRECTANGULAR": "EQUIRECTANGULAR", "CENTRAL_CYLINDRICAL": "CYLINDER", "EQUIANGULAR_CUBEMAP_FACE": "CUBE_FACE",
+    "MIRRORBALL": "MIRROR_BALL", "FISHEYE_EQUIDISTANT": "EQUIDISTANT", "FISHEYE_EQUISOLID": "EQUISOLID",
+    "FISHEYE_LENS_POLYNOMIAL": "POLYNOMIAL"}
+# Axes of the record in those of Blender's camera: forward, left, down, and of a mirror ball right, back, down. So its
+# space is that of Cycles' panoramas (kernels/camera_space.h).
+PANORAMA_AXES = ((2, 0, 1), (-1.0, -1.0, -1.0))
+BALL_AXES = ((0, 2, 1), (1.0, 1.0, -1.0))
 CELL = 10  # binary orders from the nearest thing that the camera sees to the grid of origins
 
 
@@ -24,21 +35,81 @@ def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarra
     if camera is None or camera.type != "CAMERA":
         raise SceneError(f"no camera in scene '{scene.name}'")
     data = camera.data
-    if data.type not in KINDS:
-        notes.add("camera", camera.name, f"{data.type.lower()} cameras are not supported: rendered as perspective")
+    kind, panorama = kind_of(data, camera.name, notes)
     matrix = np.array(camera.matrix_world, dtype=np.float64)
     axes = make_rigid(matrix, camera.name, notes)
-    window = make_window(data, scene.render, resolution)
+    window, shape = make_window(data, scene.render, resolution), np.zeros(8)
+    if panorama is not None:
+        window, shape = make_panorama(kind, data, panorama, scene.render, resolution)
     origin = make_origin(matrix[:3, 3], window[1] - window[0] if data.type == "ORTHO" else data.clip_start)
     arrays = {
         "resolution": np.array(resolution, dtype=np.int32),
-        "camera_kind": np.int32(KINDS.get(data.type, 0)),
-        "camera_to_world": np.concatenate([axes, (matrix[:3, 3] - origin)[:, None]], axis=1),
+        "camera_kind": np.int32(numbers()[f"CAMERA_{kind}"]),
+        "camera_to_world": np.concatenate([axes_of(kind, axes), (matrix[:3, 3] - origin)[:, None]], axis=1),
         "camera_window": window,
         "camera_clip": np.array([data.clip_start, data.clip_end], dtype=np.float64),
         "camera_lens": make_lens(data, matrix, axes),
+        "camera_panorama": shape,
     }
     return arrays, origin
+
+
+def kind_of(data, name: str, notes) -> tuple[str, object]:
+    """(CAMERA_ kind, what holds the camera's panorama or None)."""
+    panorama = compat.panorama_of(data) if data.type == "PANO" else None
+    if panorama is not None and panorama.panorama_type in PANORAMAS:
+        return PANORAMAS[panorama.panorama_type], panorama
+    if data.type not in KINDS:
+        what = (panorama.panorama_type if panorama is not None else data.type).lower().replace("_", " ")
+        notes.add("camera", name, f"{what} cameras are not supported: rendered as perspective")
+    return KINDS.get(data.type, "PERSPECTIVE"), None
+
+
+def axes_of(kind: str, axes: np.ndarray) -> np.ndarray:
+    """Blender's axes of a camera, f8 [3, 3], as kernels have them."""
+    if kind not in PANORAMAS.values():
+        return axes
+    columns, signs = BALL_AXES if kind == "MIRROR_BALL" else PANORAMA_AXES
+    return axes[:, columns] * signs
+
+
+def make_panorama(kind: str, data, panorama, render, resolution) -> tuple[np.ndarray, np.ndarray]:
+    """(left, right, bottom, top in what kernels/panorama.h counts, f8 [4]; the scene's camera_panorama, f8 [8]).
+
+    As in Cycles (intern/cycles/blender/camera.cpp) the sensor fits as it does for other cameras, and a shift counts in
+    whole frames.
+    """
+    reach, polynomial = 0.0, np.zeros(5)
+    if kind == "EQUIRECTANGULAR":
+        low = np.array([panorama.longitude_min, panorama.latitude_min])
+        high = np.array([panorama.longitude_max, panorama.latitude_max])
+    elif kind == "CYLINDER":
+        scale = np.array([1.0, 1.0 / panorama.central_cylindrical_radius])
+        low = scale * (panorama.central_cylindrical_range_u_min, panorama.central_cylindrical_range_v_min)
+        high = scale * (panorama.central_cylindrical_range_u_max, panorama.central_cylindrical_range_v_max)
+    else:
+        if kind == "CUBE_FACE":
+            high = np.full(2, np.pi / 4.0)
+        elif kind == "MIRROR_BALL":
+            high, reach = np.full(2, 2.0), 2.0
+        elif kind == "EQUIDISTANT":
+            high, reach = np.full(2, panorama.fisheye_fov / 2.0), panorama.fisheye_fov / 2.0
+        elif kind == "EQUISOLID":
+            high = sensor_of(data, render, resolution) / (2.0 * panorama.fisheye_lens)
+            reach = 2.0 * np.sin(panorama.fisheye_fov / 4.0)
+        else:
+            high, reach = sensor_of(data, render, resolution) / 2.0, panorama.fisheye_fov / 2.0
+            polynomial = np.array([getattr(panorama, f"fisheye_polynomial_k{k}") for k in range(5)])
+        low = -high
+    shift = (high - low) * (data.shift_x, data.shift_y)
+    (left, bottom), (right, top) = low + shift, high + shift
+    return np.array([left, right, bottom, top]), np.array([reach, *polynomial, *shift])
+
+
+def sensor_of(data, render, resolution) -> np.ndarray:
+    """Width and height of what a frame uses of the sensor, mm, f8 [2]."""
+    left, right, bottom, top = make_window(data, render, resolution) * data.lens
+    return np.array([right - left, top - bottom])
 
 
 def make_origin(place: np.ndarray, nearest: float) -> np.ndarray:
@@ -108,7 +179,7 @@ def focus_place(dof) -> np.ndarray:
 
 
 def make_window(data, render, resolution) -> np.ndarray:
-    """left, right, bottom, top at distance 1 (perspective) or in metres (orthographic), f8 [4]."""
+    """left, right, bottom, top at distance 1 (else) or in metres (orthographic), f8 [4]."""
     width, height = resolution
     stretch = render.pixel_aspect_y / render.pixel_aspect_x  # height of a pixel, its width being 1
     tall = height * stretch

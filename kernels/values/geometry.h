@@ -1,6 +1,7 @@
 /* The surface around the point: spaces, what a pixel covers of it, its triangle's edges. */
 #ifndef ISOPHOTE_VALUES_GEOMETRY_H
 #define ISOPHOTE_VALUES_GEOMETRY_H
+#include "../panorama.h"
 #include "attribute.h"
 #include "value.h"
 
@@ -74,6 +75,10 @@ FN real footprint_width(Scene s, Point at) {
   real angle = cosine * (x * safe_sqrt(REAL(1.0) - d.x * d.x) + y * safe_sqrt(REAL(1.0) - d.y * d.y));
   real length = at.length + (seen ? to_real(c.clip_start) / cosine : REAL(0.0)); /* its rays start there */
   real width = REAL(0.5) * (c.kind == CAMERA_PERSPECTIVE ? angle * length : x + y);
+  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
+    real distance = at.length + to_real(c.clip_start);
+    width = seen ? panorama_pixel(c, c.kind, d) * distance : to_real(c.pixel) * at.length;
+  }
   /* Below that float32 tells points of the surface no longer apart. */
   return max_real(width, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
 }
@@ -134,9 +139,14 @@ VALUE(window_point) {
   Camera c = s.camera[0];
   real3 p = IN3(0);
   real scale = c.kind == CAMERA_PERSPECTIVE ? REAL(1.0) / p.z : REAL(1.0);
+  real2 seen = make_real2(p.x * scale, p.y * scale);
+  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
+    seen = panorama_window(c, c.kind, unit_or(p, zero3()));
+    seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y)); /* Cycles shifts pictures only */
+  }
   real left = to_real(c.left), bottom = to_real(c.bottom);
-  OUT3(0, make_real3((p.x * scale - left) / (to_real(c.right) - left),
-                     (p.y * scale - bottom) / (to_real(c.top) - bottom), REAL(0.0)))
+  OUT3(0, make_real3((seen.x - left) / (to_real(c.right) - left), (seen.y - bottom) / (to_real(c.top) - bottom),
+                     REAL(0.0)))
 }
 
 /* 1 within half of the size of an edge of the triangle, metres; o.data: pixels, as they are seen from the side. */

@@ -44,14 +44,12 @@ VALUE(from_object) {
 VALUE(to_camera) {
   Camera c = s.camera[0];
   real3 v = IN3(0) - where_point(o, load3(s.world[0].origin) + load3(c.position));
-  v = make_real3(dot3(load3(c.x), v), dot3(load3(c.y), v), -dot3(load3(c.z), v));
+  v = turned_to_camera(c, v);
   OUT3(0, select3(o.data == KIND_NORMAL, normalize_or_0(v), v))
 }
 VALUE(from_camera) {
   Camera c = s.camera[0];
-  real3 given = IN3(0);
-  real3 v = load3(c.x) * given.x + load3(c.y) * given.y - load3(c.z) * given.z;
-  v = v + where_point(o, load3(c.position) + load3(s.world[0].origin));
+  real3 v = turned_from_camera(c, IN3(0)) + where_point(o, load3(c.position) + load3(s.world[0].origin));
   OUT3(0, select3(o.data == KIND_NORMAL, normalize_or_0(v), v))
 }
 

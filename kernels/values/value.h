@@ -7,6 +7,7 @@
  * a step that is repeated finds in its outputs what it wrote before. */
 #ifndef ISOPHOTE_VALUES_VALUE_H
 #define ISOPHOTE_VALUES_VALUE_H
+#include "../camera_space.h"
 #include "../elementary.h"
 #include "../surface.h"
 
@@ -20,11 +21,6 @@ typedef struct {
   int backfacing;
   uint kind, bounces, passed; /* of the ray: RAY_ bits, counts by kind as paths have them, transparent surfaces */
 } Point;
-
-/* A vector in the axes of the camera, which looks along the last. */
-FN real3 turned_to_camera(Camera c, real3 v) {
-  return make_real3(dot3(v, load3(c.x)), dot3(v, load3(c.y)), -dot3(v, load3(c.z)));
-}
 
 #define VALUE(name) FN void value_##name(Scene s, ValueStep o, Point at, real *r, uint k)
 #define REGISTER(n) r[(n) * REGISTER_STRIDE]

@@ -10,6 +10,8 @@ from bpy_extras.object_utils import world_to_camera_view
 from common import export, near, notes_of, run_all
 from mathutils import Vector
 
+from addon.compat import panorama_of
+
 SIZES = ((640, 480), (300, 700))
 
 
@@ -90,8 +92,50 @@ def test_origin_stays_while_the_camera_moves_in_its_cell():
 
 def test_what_is_left_out_is_named():
     data = bpy.context.scene.camera.data
-    data.type = "PANO"
-    assert "pano" in " ".join(notes_of(export(), "camera"))
+    if "CUSTOM" in data.bl_rna.properties["type"].enum_items:
+        data.type = "CUSTOM"
+        assert "custom cameras are not supported" in " ".join(notes_of(export(), "camera"))
+
+
+def test_panoramas():
+    """Windows, reaches and polynomials in what kernels/panorama.h counts; axes forward, left and down."""
+    camera = bpy.context.scene.camera
+    camera.rotation_euler = (1.1, 0.2, 0.6)
+    blender = np.array(camera.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)[:3, :3]
+    data = camera.data
+    data.type, data.sensor_width = "PANO", 30.0
+    panorama = panorama_of(data)
+    panorama.latitude_min, panorama.longitude_max, panorama.fisheye_fov, panorama.fisheye_lens = -0.5, 2.0, 2.0, 10.0
+    wanted = {
+        "EQUIRECTANGULAR": (2, (-np.pi, 2.0, -0.5, np.pi / 2), 0.0),
+        "MIRRORBALL": (5, (-2, 2, -2, 2), 2.0),
+        "FISHEYE_EQUIDISTANT": (6, (-1, 1, -1, 1), 1.0),
+        "FISHEYE_EQUISOLID": (7, (-1.5, 1.5, -1.125, 1.125), 2 * np.sin(0.5)),
+        "FISHEYE_LENS_POLYNOMIAL": (8, (-15, 15, -11.25, 11.25), 1.0),
+    }
+    kinds = panorama.bl_rna.properties["panorama_type"].enum_items
+    if "CENTRAL_CYLINDRICAL" in kinds:
+        panorama.central_cylindrical_radius = 2.0
+        wanted["CENTRAL_CYLINDRICAL"] = 3, (-np.pi, np.pi, -0.5, 0.5), 0.0
+    if "EQUIANGULAR_CUBEMAP_FACE" in kinds:
+        wanted["EQUIANGULAR_CUBEMAP_FACE"] = 4, np.array((-1, 1, -1, 1)) * np.pi / 4, 0.0
+    for name, (kind, window, reach) in wanted.items():
+        panorama.panorama_type = name
+        made = export()
+        assert made.camera_kind == kind and not notes_of(made, "camera")
+        near(made.camera_window, window, 1e-6)
+        near(made.camera_panorama[0], reach, 1e-6)
+        right, up, back = blender.T
+        axes = (right, back, -up) if name == "MIRRORBALL" else (-back, -right, -up)
+        near(made.camera_to_world[:, :3], np.stack(axes, axis=1), 1e-6)
+        data.shift_x, data.shift_y = 0.25, -0.5
+        left, right, bottom, top = window
+        shift = 0.25 * (right - left), -0.5 * (top - bottom)
+        near(export().camera_window, np.add(window, np.repeat(shift, 2)), 1e-6)
+        near(export().camera_panorama[6:], shift, 1e-6)
+        data.shift_x = data.shift_y = 0.0
+        polynomial = [getattr(panorama, f"fisheye_polynomial_k{k}") for k in range(5)]
+        near(made.camera_panorama[1:6], polynomial if name == "FISHEYE_LENS_POLYNOMIAL" else np.zeros(5))
 
 
 def test_lens():
