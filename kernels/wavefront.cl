@@ -169,8 +169,9 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   }
 }
 
-/* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. */
-FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world,
+/* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. `hidden`: kinds of rays
+ * for which there is no light. */
+FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world, uint hidden,
                                const real *r) {
   Frame shading = make_frame(at.ns);
   real3 surface_wo = to_local(shading, wo_world), surface_wi = to_local(shading, wi_world);
@@ -194,6 +195,8 @@ FN BsdfValue evaluate_material(Scene s, Material m, Surface at, Choice all, real
         value = one_sided_closure(at.ng, wi_world, wi, value);
         if ((i.flags & INSTRUCTION_SOFTENED) && is_diffuse(i.op)) value = soften_bump(at.ns, own_frame(i, r).z, wi_world, value);
       }
+      if ((SCENE_FEATURES & FEATURE_LIGHT_LIMITS) && is_hidden(hidden, kind_towards(i.op, dot3(at.ng, wi_world) < REAL(0.0))))
+        weight = zero3();
       sum = add_closure(sum, value, weight, share, all.total);
     } else {
       c.layer = layer_closure(one, at.backfacing, s.albedo_tables, wo, c.layer);
@@ -291,12 +294,13 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   int lit = (SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY);
   LightSample light;
   light.direction = direction;
+  light.hidden = 0u;
   if (lit) {
     real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
     LightWalk walk = start_walk(u.x);
     Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
     for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
-    light = finish_light(s, walk, at.p, u.y, u_choice.x, SCENE_FEATURES);
+    light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
   }
 
   /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
@@ -305,7 +309,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
 #pragma unroll 1
   for (int turn = lit ? 0 : 1; turn < 2; turn++) {
     of_light = value;
-    value = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction, registers);
+    value = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction, turn ? 0u : light.hidden, registers);
   }
   if (lit) {
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
