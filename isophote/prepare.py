@@ -294,6 +294,13 @@ def has_shapes(lamps: np.ndarray) -> bool:
     return bool((is_area & (lamps["cone_scale"] > 0) | (lamps["flags"] & n["LIGHT_STRETCHED"] != 0)).any())
 
 
+def has_limits(lights: np.ndarray) -> bool:
+    """Whether some rays that a surface sends on, or paths of many bounces, do not see a light."""
+    n = numbers()
+    indirect = n["RAY_DIFFUSE"] | n["RAY_GLOSSY"] | n["RAY_TRANSMISSION"]
+    return bool(((lights["visibility"] & indirect != indirect) | (lights["flags"] >> 8 != 0)).any())
+
+
 def light_features(lights: np.ndarray, lamps: int) -> int:
     """Those of its lights, of which the first `lamps` are no triangles."""
     n = numbers()
@@ -302,6 +309,7 @@ def light_features(lights: np.ndarray, lamps: int) -> int:
         "FEATURE_LAMPS": lamps > 0,
         "FEATURE_VISIBLE_LIGHTS": (lights[:lamps]["size_u"] > 0).any(),
         "FEATURE_LAMP_SHAPES": has_shapes(lights[:lamps]),
+        "FEATURE_LIGHT_LIMITS": has_limits(lights),
         "FEATURE_WORLD_LIGHT": (lights["kind"] == n["LIGHT_WORLD"]).any(),
         "FEATURE_SHINES": (lights["flags"] & n["LIGHT_COMPUTED"]).any(),
     }

@@ -91,7 +91,7 @@ FIELDS: dict[str, Field] = {
     "light_spot": Field("f8", ("L", 2), "full cone angle in radians, blend 0..1"),
     "light_spread": Field("f8", ("L",), "full angle in radians within which an area lamp shines; 0: no limit",
                           zeros=True),
-    "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK (kernels/scene_records.h)"),
+    "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK; LIGHT_BOUNCES (scene_records.h)"),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
     "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),

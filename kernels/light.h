@@ -15,8 +15,17 @@ typedef struct {
   real pdf;        /* per solid angle; 0: nothing to gain */
   int can_be_hit;  /* rays drawn from closures may run into it: MIS applies */
   uint instance, primitive; /* emissive triangle that must not stop the shadow ray; else NONE */
-  uint flags;
+  uint hidden; /* kinds of rays that do not see it: closures that would send one bring nothing of its light */
 } LightSample;
+
+/* Kinds of rays that a surface sends on. */
+#define RAY_INDIRECT (RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMISSION)
+
+/* Whether a ray of a kind is one of those that do not see a light. Diffuse transmission counts as both. */
+FN int is_hidden(uint hidden, uint kind) { return (hidden & (kind | ((kind & RAY_SOFT) ? RAY_DIFFUSE : 0u))) != 0u; }
+
+/* Whether a lamp's own limit ends paths of so many bounces before they reach it. */
+FN int is_beyond(Light l, uint bounces) { return (LIGHT_BOUNCES(l.flags) > 0u) & (bounces > LIGHT_BOUNCES(l.flags)); }
 
 /* 1 - cos of the cone under which a sphere is seen, without cancellation for small ones. */
 FN real cone_of_sphere(real radius, real distance2) {
@@ -171,7 +180,7 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   int is_ball = lamps & ((l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT));
   int is_triangle = !lamps | (l.kind == LIGHT_TRIANGLE);
   real size_u = to_real(l.size_u), size_v = to_real(l.size_v);
-  r.flags = l.flags;
+  r.hidden = (features & FEATURE_LIGHT_LIMITS) ? RAY_INDIRECT & ~l.visibility : 0u;
   r.instance = is_triangle ? l.instance : NONE;
   r.primitive = is_triangle ? l.primitive : NONE;
   int is_disk = is_ball & ((l.flags & LIGHT_DISK) != 0u);
@@ -257,8 +266,8 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
 FN int is_to_world(Ray ray) { return (ray.skip_instance == NONE) & (ray.skip_primitive == TO_WORLD); }
 
 /* Draws a point of the light at which a walk has arrived. The steps have stretched the number that they used:
- * `fine`, of its own, fills the digits that this has emptied. */
-FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fine, uint features) {
+ * `fine`, of its own, fills the digits that this has emptied. `bounces`: of a path that would run into it from here. */
+FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fine, uint bounces, uint features) {
   real u_x = min_real(walk.u + fine * (REAL(5.9604644775390625e-8) / walk.chance), REAL(0.99999994));
   uint light = walk.at & ~CLUSTER_LIGHT; /* a single light is number 0, where walks start */
   LightSample r = sample_light(s.lights[light], p, make_real2(u_x, u_y), features);
@@ -272,6 +281,7 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
     r.primitive = is_world ? TO_WORLD : r.primitive;
   }
   r.pdf = r.pdf * walk.chance;
+  if (features & FEATURE_LIGHT_LIMITS) r.pdf = is_beyond(s.lights[light], bounces) ? REAL(0.0) : r.pdf;
   return r;
 }
 
@@ -281,14 +291,15 @@ typedef struct {
   real pdf; /* with which sample_light would have drawn the direction from the ray's origin */
 } LightHit;
 
-/* What a ray sees of lamp l in front of t_max: lamps do not stop rays. */
-FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed, uint features) {
+/* What a ray of a path of so many bounces sees of lamp l in front of t_max: lamps do not stop rays. */
+FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed, uint bounces, uint features) {
   LightHit r;
   real3 center = load3(l.position), axis = load3(l.normal);
   real size_u = to_real(l.size_u), size_v = to_real(l.size_v);
   int is_sun = l.kind == LIGHT_SUN;
   int is_ball = (l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT);
   int wanted = (size_u > REAL(0.0)) & !(l.flags & LIGHT_NO_MIS) & ((l.visibility & ray.kind) != 0u);
+  if (features & FEATURE_LIGHT_LIMITS) wanted = wanted & !is_hidden(RAY_INDIRECT & ~l.visibility, ray.kind) & !is_beyond(l, bounces);
   real cos_axis = -dot3(ray.direction, axis);
   r.radiance = load3(l.radiance);
   real3 to = center - ray.origin;

@@ -87,6 +87,12 @@ FN Choice consider(Choice c, int index, real share) {
   return c;
 }
 
+/* The kind of ray that a closure sends towards a light, as RAY_ bits; `behind`: the light is on the other side. */
+FN uint kind_towards(int op, int behind) {
+  if (behind) return RAY_TRANSMISSION | (is_diffuse(op) ? RAY_SOFT : 0u);
+  return is_diffuse(op) ? RAY_DIFFUSE : RAY_GLOSSY;
+}
+
 /* Adds one closure to the value of the whole BSDF; share is its part of the choice's total. */
 FN BsdfValue add_closure(BsdfValue sum, BsdfValue one, real3 weight, real share, real total) {
   sum.f = sum.f + one.f * weight;

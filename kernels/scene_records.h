@@ -34,6 +34,7 @@
 #define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 #define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
+#define FEATURE_LIGHT_LIMITS 2097152u /* a light that some kinds of rays, or paths of many bounces, do not see */
 #define FEATURE_LAMP_SHAPES 1048576u /* an area lamp with a spread, or a stretched spot */
 #define FEATURE_PANORAMA 16777216u /* a camera that is neither perspective nor orthographic */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
@@ -228,6 +229,7 @@ typedef struct {
 #define LIGHT_NO_MIS 2u
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
 #define LIGHT_STRETCHED 16u /* spots: u and v have lengths by which the cone is not round */
+#define LIGHT_BOUNCES(flags) ((flags) >> 8) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
 #define LIGHT_COMPUTED 8u /* radiance is an estimate; what counts is computed where the light is drawn (shine.h) */
 typedef struct {
   int kind;

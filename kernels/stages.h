@@ -73,7 +73,7 @@ FN Receiver path_receiver(Path p) {
 }
 
 FN LightHit find_lamp(Light l, Path p, Hit h, uint features) {
-  return hit_lamp(l, path_ray(p), h.t, h.instance == NONE, features);
+  return hit_lamp(l, path_ray(p), h.t, h.instance == NONE, p.bounces & 255u, features);
 }
 
 /* Light that reaches the path's ray from lamp l, which find_lamp has found. */

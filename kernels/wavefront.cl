@@ -173,8 +173,9 @@ typedef struct {
   Shares parts;
 } Evaluated;
 
-/* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. */
-FN Evaluated evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world,
+/* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. `hidden`: kinds of rays
+ * for which there is no light. */
+FN Evaluated evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world, uint hidden,
                                const real *r, int split) {
   Frame shading = make_frame(at.ns);
   real3 surface_wo = to_local(shading, wo_world), surface_wi = to_local(shading, wi_world);
@@ -200,6 +201,8 @@ FN Evaluated evaluate_material(Scene s, Material m, Surface at, Choice all, real
         value = one_sided_closure(at.ng, wi_world, wi, value);
         if ((i.flags & INSTRUCTION_SOFTENED) && is_diffuse(i.op)) value = soften_bump(at.ns, own_frame(i, r).z, wi_world, value);
       }
+      if ((SCENE_FEATURES & FEATURE_LIGHT_LIMITS) && is_hidden(hidden, kind_towards(i.op, dot3(at.ng, wi_world) < REAL(0.0))))
+        weight = zero3();
       real3 before = sum.f;
       sum = add_closure(sum, value, weight, share, all.total);
       if (split) made.parts = add_part(made.parts, before, sum.f, is_diffuse(i.op), wi.z);
@@ -300,12 +303,13 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   int lit = (SCENE_FEATURES & FEATURE_LIGHTS) && !(m.flags & MATERIAL_DELTA_ONLY);
   LightSample light;
   light.direction = direction;
+  light.hidden = 0u;
   if (lit) {
     real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
     LightWalk walk = start_walk(u.x);
     Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
     for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
-    light = finish_light(s, walk, at.p, u.y, u_choice.x, SCENE_FEATURES);
+    light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
   }
 
   /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
@@ -317,7 +321,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
 #pragma unroll 1
   for (int turn = lit ? 0 : 1; turn < 2; turn++) {
     of_light = next;
-    next = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction, registers, split);
+    next = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction,
+                             turn ? 0u : light.hidden, registers, split);
   }
   if (split) {
     store_shares(columns, stride, p.slot, groups, SHARES_OF_PATH, path_shares(next.parts, next.value.f, sample));

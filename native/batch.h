@@ -35,6 +35,7 @@ struct Batch {
   alignas(64) real ldx[CAPACITY], ldy[CAPACITY], ldz[CAPACITY], distance[CAPACITY], light_pdf[CAPACITY];
   alignas(64) real lr[CAPACITY], lg[CAPACITY], lb[CAPACITY];
   alignas(64) int can_be_hit[CAPACITY];
+  alignas(64) uint light_hidden[CAPACITY];
   alignas(64) uint light_instance[CAPACITY], light_primitive[CAPACITY];
   /* choice of a closure; weights and shares of each closure */
   alignas(64) real layer_r[CAPACITY], layer_g[CAPACITY], layer_b[CAPACITY];
@@ -42,6 +43,7 @@ struct Batch {
   alignas(64) int chosen[CAPACITY];
   alignas(64) real weight_r[MOST_INSTRUCTIONS][CAPACITY], weight_g[MOST_INSTRUCTIONS][CAPACITY], weight_b[MOST_INSTRUCTIONS][CAPACITY];
   alignas(64) real share[MOST_INSTRUCTIONS][CAPACITY];
+  alignas(64) real seen_r[CAPACITY], seen_g[CAPACITY], seen_b[CAPACITY]; /* weights where lights are hidden from kinds of rays */
   /* value of the BSDF towards the light or the next direction */
   alignas(64) real fr[CAPACITY], fg[CAPACITY], fb[CAPACITY], pdf[CAPACITY];
   /* sampled direction, and its cosine to the closure's normal */

@@ -107,9 +107,11 @@ static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
 
 template <uint FEATURES>
 static void draw_lights(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
     real3 p = make_real3(b.px[i], b.py[i], b.pz[i]);
-    LightSample l = finish_light(s, load_walk(b, i), p, b.light_u[i], b.light_fine[i], FEATURES);
+    LightSample l = finish_light(s, load_walk(b, i), p, b.light_u[i], b.light_fine[i],
+                                 (path_at(columns, i).bounces & 255u) + 1u, FEATURES);
     b.ldx[i] = l.direction.x;
     b.ldy[i] = l.direction.y;
     b.ldz[i] = l.direction.z;
@@ -119,6 +121,7 @@ static void draw_lights(Batch &__restrict b, Scene s, Group g) {
     b.lb[i] = l.radiance.z;
     b.light_pdf[i] = l.pdf;
     b.can_be_hit[i] = l.can_be_hit;
+    b.light_hidden[i] = l.hidden;
     b.light_instance[i] = l.instance;
     b.light_primitive[i] = l.primitive;
   }
@@ -188,6 +191,20 @@ FN Frame frame_at(const Batch &b, const Bound &c, uint n) {
   return c.tx ? make_frame_along(normal, make_real3(c.tx[n], c.ty[n], c.tz[n])) : make_frame(normal);
 }
 
+/* The weights of closure k towards the lights drawn, 0 where these are hidden from the rays that it would send there. A
+ * function of its own: inlined, the loop does not vectorise. */
+FN_APART void find_seen_weights(Batch &__restrict b, Group g, int op, uint k) {
+  uint before = kind_towards(op, 0), beyond = kind_towards(op, 1);
+  FOR_PATHS(i, g.first, g.end) {
+    real3 ng = make_real3(b.ngx[i], b.ngy[i], b.ngz[i]);
+    int behind = dot3(ng, make_real3(b.ldx[i], b.ldy[i], b.ldz[i])) < REAL(0.0);
+    int hidden = is_hidden(b.light_hidden[i], behind ? beyond : before);
+    b.seen_r[i] = hidden ? REAL(0.0) : b.weight_r[k][i];
+    b.seen_g[i] = hidden ? REAL(0.0) : b.weight_g[k][i];
+    b.seen_b[i] = hidden ? REAL(0.0) : b.weight_b[k][i];
+  }
+}
+
 /* The loops below run one instruction; CLOSURES and LAYERS expand each into a loop of its own, once for constant
  * parameters and once for those that vary. */
 #define CLOSURE_LOOPS(number, name, class_)                                                              \
@@ -211,7 +228,8 @@ FN Frame frame_at(const Batch &b, const Bound &c, uint n) {
   }                                                                                                      \
   template <bool VARIES>                                                                                 \
   static void evaluate_##name(Batch &__restrict b, Group g, Bound c, uint k, const float *tables,        \
-                              const real *dx, const real *dy, const real *dz) {                          \
+                              const real *dx, const real *dy, const real *dz,                            \
+                              const real *wr, const real *wg, const real *wb) {                          \
     Columns columns = b.columns();                                                                       \
     const real *registers = b.registers.data();                                                          \
     FOR_PATHS(i, g.first, g.end) {                                                                       \
@@ -224,7 +242,7 @@ FN Frame frame_at(const Batch &b, const Bound &c, uint n) {
       if (VARIES && ((class_) & LABEL_DIFFUSE) && (c.i.flags & INSTRUCTION_SOFTENED))                    \
         one = soften_bump(shading_normal(b, i), frame.z, direction, one);                                \
       BsdfValue sum = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);                        \
-      real3 weight = make_real3(b.weight_r[k][i], b.weight_g[k][i], b.weight_b[k][i]);                   \
+      real3 weight = make_real3(wr[i], wg[i], wb[i]);                                                    \
       sum = add_closure(sum, one, weight, b.share[k][i], b.total[i]);                                    \
       b.fr[i] = sum.f.x;                                                                                 \
       b.fg[i] = sum.f.y;                                                                                 \
@@ -301,9 +319,9 @@ static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
 }
 
 /* Value of the whole BSDF of the group towards the given world directions, into fr, fg, fb and pdf; where `split` also
- * its parts. */
+ * its parts. `limited`: they are those of lights some of which are hidden from kinds of rays. */
 static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g, const real *dx, const real *dy, const real *dz,
-                              bool split) {
+                              bool limited, bool split) {
   for (real *column : {b.fr, b.fg, b.fb, b.pdf}) std::fill(column + g.first, column + g.end, REAL(0.0));
   if (split)
     for (real *column : {b.diffuse_r, b.diffuse_g, b.diffuse_b, b.glossy_r, b.glossy_g, b.glossy_b})
@@ -311,9 +329,12 @@ static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g,
   for (uint k = 0; k < m.count; k++) {
     Bound c = bind_instruction(b, s.instructions[m.first + k]);
     if (split) keep_value(b, g);
+    if (limited) find_seen_weights(b, g, c.i.op, k);
+    const real *wr = limited ? b.seen_r : b.weight_r[k], *wg = limited ? b.seen_g : b.weight_g[k];
+    const real *wb = limited ? b.seen_b : b.weight_b[k];
     switch (c.i.op) {
 #define X(number, name, class_) \
-  case number: RUN(evaluate_##name, b, g, c, k, s.albedo_tables, dx, dy, dz); break;
+  case number: RUN(evaluate_##name, b, g, c, k, s.albedo_tables, dx, dy, dz, wr, wg, wb); break;
       CLOSURES(X)
 #undef X
     }
@@ -446,14 +467,14 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   if (lit) {
     choose_lights(b, s, m, g);
     uint features = s.world[0].features;
-    constexpr uint ANY_LAMP = FEATURE_LAMPS | FEATURE_SHINES | FEATURE_LAMP_SHAPES;
-    if (features & FEATURE_LAMP_SHAPES && features & FEATURE_WORLD_LIGHT) draw_lights<ANY_LAMP | FEATURE_WORLD_LIGHT>(b, s, g);
-    else if (features & FEATURE_LAMP_SHAPES) draw_lights<ANY_LAMP>(b, s, g);
+    constexpr uint RARE = FEATURE_LAMP_SHAPES | FEATURE_LIGHT_LIMITS, ALL_LAMPS = FEATURE_LAMPS | FEATURE_SHINES | RARE;
+    if (features & RARE && features & FEATURE_WORLD_LIGHT) draw_lights<ALL_LAMPS | FEATURE_WORLD_LIGHT>(b, s, g);
+    else if (features & RARE) draw_lights<ALL_LAMPS>(b, s, g);
     else if (features & FEATURE_WORLD_LIGHT) draw_lights<FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT>(b, s, g);
     else if (features & FEATURE_SHINES) draw_lights<FEATURE_LAMPS | FEATURE_SHINES>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
-    evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, split);
+    evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
     if (split) note_light_shares(b, params, g);
     if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
     else connect_lights<false>(b, params, g);
@@ -461,14 +482,15 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     connect_batch(b, s, params, g, features);
   }
   sample_closures(b, s, m, g);
-  evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz, split);
+  evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz, false, split);
   if (split) note_path_shares(b, params, g);
   scatter_paths(b, params, m, g);
 }
 
 static void shade_batch(Batch &__restrict b, Scene s, Params params, const std::vector<Group> &groups) {
   uint features = s.world[0].features;
-  if (features & FEATURE_LAMP_SHAPES) shade_lamps<FEATURE_LAMP_SHAPES>(b, s, params);
+  constexpr uint RARE = FEATURE_LAMP_SHAPES | FEATURE_LIGHT_LIMITS;
+  if (features & RARE) shade_lamps<RARE>(b, s, params);
   else shade_lamps<0>(b, s, params);
   for (Group g : groups) {
     if (g.material == MISS)

@@ -19,7 +19,7 @@ from .values import Values
 POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
 NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
 NARROWEST_SPREAD = 1e-3  # radians: 0 stands for a parallel beam in Blender, and for no limit in a scene
-INDIRECT = 2 | 4 | 8  # RAY_ bits of kernels/scene_records.h: diffuse, glossy, transmission
+UNLIMITED, BOUNCES_SHIFT = 1024, 8  # Blender's highest limit of bounces; LIGHT_BOUNCES of kernels/scene_records.h
 
 
 @dataclass
@@ -47,8 +47,6 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     if light.type == "AREA" and getattr(cycles, "is_portal", False):
         values.note("portals are not supported: left out")
         return None
-    if getattr(cycles, "max_bounces", 1024) != 1024:
-        values.note("a lamp's own limit of bounces is not supported: left out")
     strength = np.array(light.color[:3], dtype=np.float64) * compat.light_energy(light)
     strength *= compat.light_factor(light) * node_factor(light, values)
     if not getattr(light, "normalize", True):
@@ -59,10 +57,10 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     flags = 0 if compat.casts_shadow(light) else NO_SHADOW
     flags |= 0 if getattr(cycles, "use_multiple_importance_sampling", True) else NO_MIS
     flags |= FACING_DISK if kind in (POINT, SPOT) and compat.soft_falloff(light) else 0
+    bounces = getattr(cycles, "max_bounces", UNLIMITED)
+    flags |= 0 if bounces >= UNLIMITED else bounces + 1 << BOUNCES_SHIFT
     if not np.any(strength):
         return None
-    if visibility & INDIRECT != INDIRECT:
-        values.note("is hidden from some kinds of rays, which light sampling does not heed: part of its light remains")
     spread = max(light.spread, NARROWEST_SPREAD) if light.type == "AREA" else 0.0
     return Lamp(ob.name, kind, to_world, strength, size, spot, spread, flags, visibility)
 

@@ -56,19 +56,28 @@ def stretched(scene):
 
 
 def hidden(scene):
-    """Each of three lamps hidden from a kind of rays, beside a textured Principled ball."""
-    mesh = bpy.data.objects["diffuse"].data
-    mesh.materials[0] = shader("coated", "ShaderNodeBsdfPrincipled", Roughness=0.4, Metallic=0.3)
+    """Each of three lamps hidden from a kind of rays."""
     for name, x in (("diffuse", -3), ("glossy", 0), ("transmission", 3)):
         placed = add(scene, name, lamp("AREA", shape="SQUARE", size=1.5, energy=100.0), (x, -1, 4), (0, 0.2 * x, 0))
         setattr(placed, f"visible_{name}", False)
+
+
+def hidden_mixed(scene):
+    """The same beside a ball that is diffuse and glossy at once; rays find no lamps, for Cycles' weights do not add up to
+    1 there."""
+    hidden(scene)
+    mixed = shader("mixed", "ShaderNodeBsdfPrincipled", Roughness=0.4, Metallic=0.3)
+    bpy.data.objects["diffuse"].data.materials[0] = mixed
+    for light in bpy.data.lights:
+        light.cycles.use_multiple_importance_sampling = False
 
 
 def bounces(scene):
     """Limits of 0 and 1; without a size, for Cycles' rays find lamps beyond their limits."""
     for x, most in ((-2, 0), (2, 1)):
         color = (1.0, 0.5 + 0.2 * x, 0.3)
-        add(scene, f"{most}", lamp("POINT", energy=200.0, shadow_soft_size=0.0, max_bounces=most, color=color), (x, -1, 3))
+        made = lamp("POINT", energy=200.0, shadow_soft_size=0.0, max_bounces=most, color=color)
+        add(scene, f"{most}", made, (x, -1, 3))
 
 
 CASES = {
@@ -76,6 +85,7 @@ CASES = {
     "narrow": narrow,
     "stretched": stretched,
     "hidden": hidden,
+    "hidden_mixed": hidden_mixed,
     "bounces": bounces,
 }
 

@@ -9,7 +9,9 @@ import pytest
 
 from tests.scenes import (
     CAMERA,
+    DIFFUSE,
     ELLIPSE,
+    GLOSSY,
     POINT,
     RECTANGLE,
     SPOT,
@@ -20,6 +22,7 @@ from tests.scenes import (
     diffuse,
     emission,
     look_at,
+    mean_and_error,
     pixels,
     program,
     quad,
@@ -226,6 +229,48 @@ def test_stretched_spot(stretch):
     b = floor((SPOT, COLOUR * 50, matrix * (*stretch, 1.0), (0, 0), (cone, blend)))
     expected = falloff(cosine, cone, blend) * 50 / (4 * np.pi) * at[2] / d ** 3
     assert_exactly(render(b.make(), 64, max_bounces=0), ALBEDO / np.pi * COLOUR * expected, 1e-4)
+
+
+@pytest.mark.parametrize("flags", [0, NO_MIS], ids=["mis", "no mis"])
+@pytest.mark.parametrize("closure,kind", [("diffuse", DIFFUSE), ("glossy", GLOSSY)])
+def test_hidden_from_the_rays_of_a_closure(closure, kind, flags):
+    """Dark where a closure's rays do not see the lamp, and the same to the bit where others' do not."""
+    films = []
+    for hidden in (0, kind, (DIFFUSE | GLOSSY) - kind):
+        b = floor()
+        constants = {"glossy": dict(roughness=0.6, multiscatter=0)}.get(closure, {})
+        b.materials[0] = program((closure, ALBEDO, constants))
+        b.lamp(RECTANGLE, COLOUR, ABOVE, (1.5, 0.7), (1, 0), flags, 31 - CAMERA - hidden)
+        films.append(pixels(render(b.make(), 64, max_bounces=2)))
+    assert films[0][..., :3].any() and not films[1][..., :3].any()
+    np.testing.assert_array_equal(films[0], films[2])
+
+
+def test_hidden_from_one_of_two_closures():
+    """What is left of a lamp hidden from glossy rays is what the diffuse closure reflects."""
+    glossy = ("glossy", 0.5, dict(roughness=0.7, multiscatter=0))
+    means = []
+    for closures in ([("diffuse", ALBEDO)], [("diffuse", ALBEDO), glossy]):
+        b = floor()
+        b.materials[0] = program(*closures)
+        b.lamp(POINT, COLOUR, ABOVE, (0, 0), (1, 0), 0, 31 - CAMERA - GLOSSY)
+        means.append(pixels(render(b.make(), 64, max_bounces=0)))
+    np.testing.assert_allclose(*means, rtol=1e-5)
+
+
+@pytest.mark.parametrize("size", [0.0, 0.8])
+def test_a_lamps_own_limit_of_bounces(size):
+    """A limit of 0 leaves what one bounce less everywhere leaves of a scene with nothing else that shines."""
+    films = []
+    for own, most in ((0, 8), (None, 0), (1, 8), (None, 1)):
+        b = floor()
+        b.add(quad((0, 3, 0), (5, 0, 0), (0, 0, 5)), diffuse(0.7))
+        flags = 0 if own is None else own + 1 << 8
+        b.lamp(POINT, COLOUR, look_at((0.5, 0.5, 2.0), (0, 0, 0)), (size, 0), (1, 0), flags, 31 - CAMERA)
+        films.append(render(b.make(), 1024, max_bounces=most))
+    for limited, expected in ((films[0], films[1]), (films[2], films[3])):
+        (a, error_a), (b, error_b) = mean_and_error(limited), mean_and_error(expected)
+        assert (np.abs(a - b) <= 4 * np.hypot(error_a, error_b) + 1e-5 * b).all(), (a, b)
 
 
 def test_area_lamps_shine_to_one_side():

@@ -13,7 +13,7 @@ from tests.conftest import missing
 SCRIPT = Path(__file__).parents[2] / "blend_scenes" / "nodes" / "make_lamps.py"
 SIZE, SAMPLES, REPLICATES = 48, 512, 12
 # How noisy a picture may be at equal samples, as variance over Cycles'.
-NOISE = {"spread": 1.5, "narrow": 1.5, "stretched": 1.5}
+NOISE = {"spread": 1.5, "narrow": 1.5, "stretched": 1.5, "hidden": 1.5, "hidden_mixed": 1.5, "bounces": 1.5}
 
 
 @pytest.mark.slow

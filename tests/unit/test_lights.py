@@ -50,7 +50,7 @@ void probe_hit(const Light *l, const float *p, int n, const float *d, float t_ma
                int *hit) {
   for (int i = 0; i < n; i++) {
     Ray ray = free_ray(make_real3(p[0], p[1], p[2]), make_real3(d[3 * i], d[3 * i + 1], d[3 * i + 2]), 0.0f, FAR_AWAY);
-    LightHit h = hit_lamp(*l, ray, t_max, t_max >= FAR_AWAY, FEATURE_LAMP_SHAPES);
+    LightHit h = hit_lamp(*l, ray, t_max, t_max >= FAR_AWAY, 0u, FEATURE_LAMP_SHAPES);
     float r[3] = {h.radiance.x, h.radiance.y, h.radiance.z};
     for (int k = 0; k < 3; k++) radiance[3 * i + k] = r[k];
     pdf[i] = h.pdf;
