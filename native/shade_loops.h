@@ -449,7 +449,9 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   if (lit) {
     choose_lights(b, s, m, g);
     uint features = s.world[0].features;
-    if (features & FEATURE_WORLD_LIGHT) draw_lights<FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT>(b, s, g);
+    constexpr uint WORLD = FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT;
+    if (features & FEATURE_WORLD_SUN) draw_lights<WORLD | FEATURE_WORLD_SUN>(b, s, g);
+    else if (features & FEATURE_WORLD_LIGHT) draw_lights<WORLD>(b, s, g);
     else if (features & FEATURE_SHINES) draw_lights<FEATURE_LAMPS | FEATURE_SHINES>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
