@@ -34,6 +34,7 @@
 #define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 #define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
+#define FEATURE_WORLD_SUN 4194304u /* a disc of the world is drawn apart from its map */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -100,6 +101,9 @@ typedef struct {
   uint material; /* whose emission is the world's radiance, where FEATURE_WORLD is set */
   uint hidden;   /* kinds of rays that do not see the world */
   uint map_width, map_height; /* cells of world_map */
+  packed3 sun;      /* where FEATURE_WORLD_SUN is set: unit direction of the middle of a disc, */
+  float sun_width;  /* 1 less the cosine of half its angle, */
+  float sun_chance; /* and how often it is drawn instead of the map */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
