@@ -197,6 +197,11 @@ def voronoi_cells_are_whole() -> bool:
     return bpy.app.version >= (5, 0, 0)
 
 
+def dust_density(sky) -> float:
+    """Of a Sky Texture; called aerosols since 5.0."""
+    return sky.aerosol_density if hasattr(sky, "aerosol_density") else sky.dust_density
+
+
 def absolute_path(image) -> str:
     """The path of an image's file, with tokens as they are."""
     return bpy.path.abspath(image.filepath_raw, library=image.library).replace("\\", "/")

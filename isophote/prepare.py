@@ -128,6 +128,10 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
         lamps = np.concatenate([lamps, world_light(world_map.mean)])
         world["map_width"], world["map_height"] = world_map.width, world_map.height
         cells = world_map.cumulated
+    if world_map and world_map.sun_width:
+        world["sun"], world["sun_width"] = scene.world_sun[0, :3], world_map.sun_width
+        world["sun_chance"] = world_map.sun_chance
+        world["features"] |= numbers()["FEATURE_WORLD_SUN"]
     lights = np.concatenate([lamps, shining(triangle_lights(scene, buffers["materials"], buffers))])
     light_tree, world["light_depth"] = make_light_tree(lights)
     world["light_count"], world["lamp_count"] = len(lights), len(lamps)

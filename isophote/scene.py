@@ -4,7 +4,7 @@ One table, FIELDS, names each array with its type, shape and meaning; saving, lo
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
 Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances of which values are known (I or 0), R
-numbers of each, G images, X bytes, W 0 or 1.
+numbers of each, G images, X bytes, W and U 0 or 1.
 """
 
 from __future__ import annotations
@@ -96,6 +96,8 @@ FIELDS: dict[str, Field] = {
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
     "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),
     "world_hidden": Field("u4", (), "mask of RAY_ bits that do not see the world"),
+    "world_sun": Field("f8", ("U", 4), "a disc in it that is drawn apart (U = 1): unit direction of its middle, half "
+                                       "its angle in radians"),
 }
 
 

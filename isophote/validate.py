@@ -412,6 +412,11 @@ def world_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "world", f"{len(scene.world_material)} materials where there is room for one"))
     if not np.isfinite(scene.world_radiance).all():
         problems.append(Problem("error", "world", "its radiance is not finite"))
+    directions, halves = scene.world_sun[:, :3], scene.world_sun[:, 3]
+    if len(halves) > 1 or not (np.abs(np.linalg.norm(directions, axis=1) - 1.0) < 1e-5).all():
+        problems.append(Problem("error", "world", "its sun is not one unit direction"))
+    elif not ((halves > 0.0) & (halves <= np.pi / 2)).all():
+        problems.append(Problem("error", "world", "its sun's half angle is not above 0 and up to 90 degrees"))
     dark = not (scene.world_radiance.any() or len(scene.world_material))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
         black = ", and the world is black" if dark else ""

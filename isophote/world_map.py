@@ -10,45 +10,65 @@ from isophote.emission import radiance_from
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import operations
+from isophote.world_sun import WorldSun
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 COMPUTED = 1024  # columns for a world that is no picture
+FOR_SUNS = 2048  # and for one that has several suns, or one whose place is not known
 FEWEST = 64
 WIDTHS, FINER = (512, 2048), (2, 1, 0)  # how often cells are halved where so many columns, or more, were asked for
 AT_ONCE = 1 << 20  # directions that are asked for together
 EVEN = 1e-3  # worlds whose luminance differs by less, in parts of its mean, are left to closures
+SUN_CHANCES = 0.25, 0.8  # least and most of a sun that is drawn apart: where it is mirrored, and where it is in shadow
 
 
 @dataclass
 class WorldMap:
-    """`cumulated`: chances of rows, then of the columns of each row, from 0 to 1, f4; the mean radiance, f8 [3]."""
+    """`cumulated`: chances of rows, then of the columns of each row, from 0 to 1, f4; the mean radiance, f8 [3].
+
+    `sun_width`: 1 less the cosine of half the angle of the disc that is drawn with `sun_chance` instead of the map; its
+    part of the map is as bright as what lies around it. 0 where there is none.
+    """
 
     cumulated: np.ndarray
     width: int
     height: int
     mean: np.ndarray
+    sun_width: float = 0.0
+    sun_chance: float = 0.0
 
 
 def make_world_map(scene: Scene, buffers: dict[str, np.ndarray]) -> WorldMap | None:
     """Of a scene's world; None where it has none to compute, or one that is dark or the same in all directions."""
     if not len(scene.world_material):
         return None
+    sun = WorldSun.of(scene.world_sun[0]) if len(scene.world_sun) else None
     width = columns_asked_for(scene)
-    radiance, solid = cell_radiance(buffers, width, width // 2), row_angles(width // 2)[:, None]
+    radiance, solid = cell_radiance(buffers, width, width // 2, sun), row_angles(width // 2)[:, None]
     mean = np.einsum("hwc,hk->c", radiance, solid) / (width * solid.sum())
     bright = radiance @ LUMINANCE.astype(np.float32)
-    if bright.max() - bright.min() <= EVEN * (mean @ LUMINANCE):
+    of_sun = sun.brings(buffers) if sun else np.zeros(3)
+    if bright.max() - bright.min() <= EVEN * ((mean + of_sun) @ LUMINANCE) and not of_sun.any():
         return None
+    if not bright.any():
+        bright = np.ones_like(bright)  # all comes from the disc
     for _ in range(FINER[np.searchsorted(WIDTHS, width)]):
         bright = refined(bright)
     height, width = bright.shape
-    return WorldMap(cumulate(smoothed(bright) * row_angles(height)[:, None]), width, height, mean)
+    cumulated = cumulate(smoothed(bright) * row_angles(height)[:, None])
+    if not of_sun.any():
+        return WorldMap(cumulated, width, height, mean)
+    chance = np.clip(of_sun @ LUMINANCE / ((mean + of_sun) @ LUMINANCE), *SUN_CHANCES)
+    return WorldMap(cumulated, width, height, mean + of_sun, sun.width, chance)
 
 
 def columns_asked_for(scene: Scene) -> int:
-    """Those of the largest picture that the world reads, within limits."""
+    """Those of the largest picture that the world reads, within limits; many where it has a sun that is not drawn
+    apart."""
     material = int(scene.world_material[0])
     steps = slice(*scene.material_steps[material:material + 2])
+    if (scene.step_op[steps] == operations()["sun_disc"].number).any() and not len(scene.world_sun):
+        return FOR_SUNS
     reads = scene.step_op[steps] == operations()["image"].number
     if not reads.any():
         return COMPUTED
@@ -56,14 +76,15 @@ def columns_asked_for(scene: Scene) -> int:
     return min(max(widest & ~1, FEWEST), numbers()["MOST_MAP_CELLS"])
 
 
-def cell_radiance(buffers: dict[str, np.ndarray], width: int, height: int) -> np.ndarray:
-    """At the middle of each cell, f4 [height, width, 3]; rows from the south pole up."""
+def cell_radiance(buffers: dict[str, np.ndarray], width: int, height: int, sun: WorldSun | None) -> np.ndarray:
+    """At the middle of each cell, or around the sun, f4 [height, width, 3]; rows from the south pole up."""
     theta = np.pi * (1.0 - (np.arange(height) + 0.5) / height)
     phi = 2.0 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)
     made, rows = np.empty((height, width, 3), np.float32), max(1, AT_ONCE // width)
     for first in range(0, height, rows):
         t = theta[first:first + rows, None]
         d = np.stack(np.broadcast_arrays(np.sin(t) * np.cos(phi), np.sin(t) * np.sin(phi), np.cos(t)), axis=-1)
+        d = sun.pushed_out(d) if sun else d
         made[first:first + rows] = radiance_from(buffers, d.reshape(-1, 3)).reshape(-1, width, 3)
     return made
 

@@ -272,7 +272,7 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
   uint light = walk.at & ~CLUSTER_LIGHT; /* a single light is number 0, where walks start */
   LightSample r = sample_light(s.lights[light], p, make_real2(u_x, u_y), features);
   if (features & FEATURE_WORLD_LIGHT) {
-    WorldSample w = sample_world(s, make_real2(u_x, u_y));
+    WorldSample w = sample_world(s, make_real2(u_x, u_y), features);
     int is_world = s.lights[light].kind == LIGHT_WORLD;
     r.direction = select3(is_world, w.direction, r.direction);
     r.pdf = is_world ? w.pdf : r.pdf;

@@ -37,6 +37,7 @@
 #define FEATURE_LIGHT_LIMITS 2097152u /* a light that some kinds of rays, or paths of many bounces, do not see */
 #define FEATURE_LAMP_SHAPES 1048576u /* an area lamp with a spread, or a stretched spot */
 #define FEATURE_PANORAMA 16777216u /* a camera that is neither perspective nor orthographic */
+#define FEATURE_WORLD_SUN 4194304u /* a disc of the world is drawn apart from its map */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -115,6 +116,9 @@ typedef struct {
   uint material; /* whose emission is the world's radiance, where FEATURE_WORLD is set */
   uint hidden;   /* kinds of rays that do not see the world */
   uint map_width, map_height; /* cells of world_map */
+  packed3 sun;      /* where FEATURE_WORLD_SUN is set: unit direction of the middle of a disc, */
+  float sun_width;  /* 1 less the cosine of half its angle, */
+  float sun_chance; /* and how often it is drawn instead of the map */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the

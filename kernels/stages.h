@@ -88,11 +88,12 @@ FN Brought see_world(Scene s, Params params, Path p, const real *r) {
   World w = s.world[0];
   real3 radiance = load3(w.radiance);
   real weight = REAL(1.0);
-  if (SCENE_FEATURES & w.features & FEATURE_WORLD) radiance = material_emission(s.materials[w.material], r);
-  if ((SCENE_FEATURES & w.features & FEATURE_WORLD_LIGHT) && p.pdf > REAL(0.0)) {
+  uint features = SCENE_FEATURES & w.features;
+  if (features & FEATURE_WORLD) radiance = material_emission(s.materials[w.material], r);
+  if ((features & FEATURE_WORLD_LIGHT) && p.pdf > REAL(0.0)) {
     Light as_light = s.lights[w.lamp_count - 1u];
-    real light_pdf = pdf_world(s, make_real3(p.dx, p.dy, p.dz)) * light_chance(s, as_light, path_receiver(p));
-    weight = mis_weight(p.pdf, light_pdf);
+    real drawn = pdf_world(s, make_real3(p.dx, p.dy, p.dz), features);
+    weight = mis_weight(p.pdf, drawn * light_chance(s, as_light, path_receiver(p)));
   }
   real3 light = path_throughput(p) * radiance * weight;
   int hidden = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);

@@ -63,7 +63,7 @@ typedef struct {
 } WorldSample;
 
 /* Rows of the map begin at the sphere's south pole, as those of pictures do. */
-FN WorldSample sample_world(Scene s, real2 u) {
+FN WorldSample sample_map(Scene s, real2 u) {
   WorldSample r;
   World w = s.world[0];
   CellDraw row = draw_cell(s, 0u, w.map_height, u.y);
@@ -77,7 +77,7 @@ FN WorldSample sample_world(Scene s, real2 u) {
   return r;
 }
 
-FN real pdf_world(Scene s, real3 direction) {
+FN real pdf_map(Scene s, real3 direction) {
   World w = s.world[0];
   real v = REAL(1.0) - acos_real(direction.z) * INV_PI;
   real u = REAL(0.5) - atan2_real(direction.y, direction.x) * (REAL(0.5) * INV_PI);
@@ -86,6 +86,36 @@ FN real pdf_world(Scene s, real3 direction) {
   uint first = w.map_height + 1u + row * (w.map_width + 1u);
   real sine = sqrt(direction.x * direction.x + direction.y * direction.y);
   return map_pdf(w, cell_chance(s, 0u, row) * cell_chance(s, first, column), sine);
+}
+
+/* A disc of the world that is brighter and smaller than what cells can tell is drawn apart, evenly over its solid angle:
+ * densities add up. */
+FN real pdf_world(Scene s, real3 direction, uint features) {
+  real pdf = pdf_map(s, direction);
+  if (features & FEATURE_WORLD_SUN) {
+    World w = s.world[0];
+    real chance = to_real(w.sun_chance), width = to_real(w.sun_width);
+    real3 off = direction - load3(w.sun); /* |off|^2 = 2 (1 - cos), exact for small angles */
+    real of_sun = REAL(0.5) * dot3(off, off) < width ? chance / (TWO_PI * width) : REAL(0.0);
+    pdf = pdf * (REAL(1.0) - chance) + of_sun;
+  }
+  return pdf;
+}
+
+FN WorldSample sample_world(Scene s, real2 u, uint features) {
+  if (!(features & FEATURE_WORLD_SUN)) return sample_map(s, u);
+  World w = s.world[0];
+  real chance = to_real(w.sun_chance);
+  int in_sun = u.x < chance;
+  u.x = min_real(in_sun ? u.x / chance : (u.x - chance) / (REAL(1.0) - chance), REAL(0.99999994));
+  WorldSample r = sample_map(s, u);
+  Frame f = make_frame(load3(w.sun));
+  real below = to_real(w.sun_width) * u.x, sine = sqrt(below * (REAL(2.0) - below)); /* 1 less the cosine */
+  real2 around = sin_cos_real(TWO_PI * u.y);
+  real3 in_disc = f.z * (REAL(1.0) - below) + (f.x * around.y + f.y * around.x) * sine;
+  r.direction = select3(in_sun, in_disc, r.direction);
+  r.pdf = pdf_world(s, r.direction, features);
+  return r;
 }
 
 #endif

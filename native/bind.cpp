@@ -19,6 +19,7 @@
 #include "isophote_build.h"
 #include "refit.h"
 #include "render.h"
+#include "sky.h"
 #include "split_vertices.h"
 #include "totals.h"
 #include "triangles.h"
@@ -264,6 +265,27 @@ void fold(int op, Doubles inputs, unsigned repeat, float number, MutableDoubles 
   fold_value(op, inputs.data(), unsigned(inputs.shape(0)), repeat, number, outputs.data(), unsigned(outputs.shape(0)));
 }
 
+using Angles = nb::ndarray<const float, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+
+Atmosphere atmosphere_of(Angles numbers) {
+  if (numbers.shape(0) != 5) throw std::invalid_argument("an atmosphere is five numbers");
+  const float *n = numbers.data();
+  return {n[0], n[1], n[2], n[3], n[4]};
+}
+
+void sky_of(bool often, Angles atmosphere, Angles latitudes, Angles longitudes, int threads, MutableFloats xyz) {
+  size_t rows = latitudes.shape(0), columns = longitudes.shape(0);
+  if (xyz.shape(0) != rows * columns) throw std::invalid_argument("scatter_sky: three numbers for each direction");
+  Atmosphere a = atmosphere_of(atmosphere);
+  nb::gil_scoped_release release;
+  (often ? scatter_often : scatter_once)(a, latitudes.data(), int(rows), longitudes.data(), int(columns), threads, xyz.data());
+}
+
+void sun_of(bool often, Angles atmosphere, Angles elevations, MutableFloats xyz) {
+  if (xyz.shape(0) != elevations.shape(0)) throw std::invalid_argument("shine_through: three numbers for each elevation");
+  (often ? shine_often : shine_once)(atmosphere_of(atmosphere), elevations.data(), int(elevations.shape(0)), xyz.data());
+}
+
 void emission_of(const std::vector<Bytes> &buffers, nb::ndarray<const uint32_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu> ids,
                  nb::ndarray<const float, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu> places,
                  nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> directions, int threads,
@@ -392,6 +414,9 @@ NB_MODULE(_native, m) {
   m.def("evaluate_emission", &emission_of, nb::arg("buffers"), nb::arg("ids"), nb::arg("places"), nb::arg("directions"),
         nb::arg("threads"), nb::arg("radiance"));
   m.def("fold_value", &fold, nb::arg("op"), nb::arg("inputs"), nb::arg("repeat"), nb::arg("number"), nb::arg("outputs"));
+  m.def("scatter_sky", &sky_of, nb::arg("often"), nb::arg("atmosphere"), nb::arg("latitudes"), nb::arg("longitudes"),
+        nb::arg("threads"), nb::arg("xyz"));
+  m.def("shine_through", &sun_of, nb::arg("often"), nb::arg("atmosphere"), nb::arg("elevations"), nb::arg("xyz"));
   m.def("add_listed", &add_listed_to, nb::arg("hi"), nb::arg("lo"), nb::arg("values"), nb::arg("pixels"));
   m.def("fingerprint", &fingerprint_of, nb::arg("bytes"), nb::arg("threads"));
   m.def("all_finite", &are_finite, nb::arg("values"), nb::arg("threads"));

@@ -467,11 +467,13 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   if (lit) {
     choose_lights(b, s, m, g);
     uint features = s.world[0].features;
-    constexpr uint RARE = FEATURE_LAMP_SHAPES | FEATURE_LIGHT_LIMITS, ALL_LAMPS = FEATURE_LAMPS | FEATURE_SHINES | RARE;
-    if (features & RARE && features & FEATURE_WORLD_LIGHT) draw_lights<ALL_LAMPS | FEATURE_WORLD_LIGHT>(b, s, g);
-    else if (features & RARE) draw_lights<ALL_LAMPS>(b, s, g);
-    else if (features & FEATURE_WORLD_LIGHT) draw_lights<FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT>(b, s, g);
-    else if (features & FEATURE_SHINES) draw_lights<FEATURE_LAMPS | FEATURE_SHINES>(b, s, g);
+    constexpr uint RARE = FEATURE_LAMP_SHAPES | FEATURE_LIGHT_LIMITS, LAMPS = FEATURE_LAMPS | FEATURE_SHINES;
+    constexpr uint WORLD = LAMPS | FEATURE_WORLD_LIGHT, SUN = WORLD | FEATURE_WORLD_SUN;
+    bool rare = features & RARE;
+    if (features & FEATURE_WORLD_SUN) rare ? draw_lights<SUN | RARE>(b, s, g) : draw_lights<SUN>(b, s, g);
+    else if (features & FEATURE_WORLD_LIGHT) rare ? draw_lights<WORLD | RARE>(b, s, g) : draw_lights<WORLD>(b, s, g);
+    else if (rare) draw_lights<LAMPS | RARE>(b, s, g);
+    else if (features & FEATURE_SHINES) draw_lights<LAMPS>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);

@@ -7,6 +7,8 @@ own value stands in. Colours and vectors are arrays of three, of objects: each i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from isophote.values import ARITHMETIC, Number, Value, clamp, maximum, varies
@@ -15,6 +17,16 @@ from .lookups import Lookups
 from .nodes import find_input, source_of
 
 LUMINANCE = (0.2126729, 0.7151522, 0.0721750)  # of Rec. 709, as Cycles takes it from Blender's colour management
+
+
+@dataclass(frozen=True)
+class Sun:
+    """A disc that shines: unit direction of its middle and half its angle, where the direction `seen`, an array of
+    expressions, is what a sky is asked for."""
+
+    direction: np.ndarray
+    half: float
+    seen: np.ndarray
 
 
 class Values:
@@ -29,6 +41,7 @@ class Values:
     def __init__(self, kind: str, name: str, notes, lookups: Lookups | None = None):
         self.kind, self.name, self.notes, self.lookups = kind, name, notes, lookups
         self.surface_normal = source("shading_normal")
+        self.suns: list[Sun] = []  # met on the way
         self._made: dict[tuple, object] = {}
 
     def note(self, what: str) -> None:

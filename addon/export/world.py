@@ -3,30 +3,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from isophote.material_program import MaterialProgram, make_material
-from isophote.values import ProgramTooLarge, varies
+from isophote.values import ProgramTooLarge, rewritten, varies
 
 from .. import compat
 from .closures import Closure, arrange
 from .lookups import Lookups
 from .material import TOO_LARGE, closures_of
 from .nodes import find_input, live_link
-from .values import Values, each, grey
+from .values import Sun, Values, each, grey
 
 RAYS = (("camera", 1), ("diffuse", 2), ("glossy", 4), ("transmission", 8))  # RAY_ bits of kernels/scene_records.h
 
 
 @dataclass
 class World:
-    """`radiance` W/(m^2 sr), f8 [3], or `program` where it differs by direction; kinds of rays that do not see it."""
+    """`radiance` W/(m^2 sr), f8 [3], or `program` where it differs by direction; kinds of rays that do not see it; its
+    `sun`, as Scene.world_sun has it."""
 
     radiance: np.ndarray
     program: MaterialProgram | None = None
     hidden: int = 0
+    sun: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
 
 
 def export_world(scene, notes, lookups: Lookups) -> World:
@@ -52,7 +54,7 @@ def export_world(scene, notes, lookups: Lookups) -> World:
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
         return World(np.array(TOO_LARGE), None, hidden)
-    return World(np.zeros(3), program, hidden)
+    return World(np.zeros(3), program, hidden, sun_of(values.suns))
 
 
 def world_radiance(values: Values, socket):
@@ -64,3 +66,36 @@ def world_radiance(values: Values, socket):
         else:
             values.note(f"a shader that does not emit ({closure.operation}): not seen in a world")
     return total
+
+
+def sun_of(suns: list[Sun]) -> np.ndarray:
+    """Direction in the world and half the angle of the one sun that there is, f8 [1, 4]; empty where there are several,
+    or where directions reach the sky otherwise than turned."""
+    found = {tuple(sun.direction.tolist()) + (sun.half,): sun for sun in suns}
+    if len(found) != 1:
+        return np.zeros((0, 4))
+    (sun,) = found.values()
+    turn = matrix_of(sun.seen)
+    if turn is None or not np.allclose(turn @ turn.T, np.eye(3), atol=1e-5):
+        return np.zeros((0, 4))
+    return np.array([[*(turn.T @ sun.direction), sun.half]])
+
+
+def matrix_of(vector: np.ndarray) -> np.ndarray | None:
+    """Of the linear function that an array of expressions is of the direction in which one looks, f8 [3, 3]; None where
+    it is none."""
+    columns = [values_at(vector, axis) for axis in np.eye(3)]
+    probe = np.array([0.36, -0.48, 0.8])
+    tried = values_at(vector, probe)
+    if tried is None or any(column is None for column in columns):
+        return None
+    matrix = np.stack(columns, axis=1)
+    return matrix if np.allclose(matrix @ probe, tried, atol=1e-5) else None
+
+
+def values_at(vector: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
+    """What expressions are in a direction; None where they read something else as well."""
+    def place(call, inputs):
+        return tuple(direction.tolist()) if call.name == "object_point" else None
+    found = [rewritten(part, place) for part in vector]
+    return None if varies(found) else np.array(found, np.float64)

@@ -61,6 +61,11 @@
 #define VALUES_SPACE(X)
 #define VALUES_TABLE(X)
 #endif
+#if VALUES_USED_6 & 0xf00u /* other scenes with pictures have none of it */
+#include "sky.h"
+#else
+#define VALUES_SKY(X)
+#endif
 #if VALUES_USED_7
 #include "geometry.h"
 #include "normals.h"
@@ -79,6 +84,7 @@
   VALUES_PATTERN(X) \
   VALUES_VORONOI(X) \
   VALUES_IMAGE(X) \
+  VALUES_SKY(X) \
   VALUES_SPACE(X) \
   VALUES_TABLE(X) \
   VALUES_GEOMETRY(X) \

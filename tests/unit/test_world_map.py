@@ -21,7 +21,7 @@ void probe_sample(const World *world, const float *map, int n, const float *u, f
   Scene s;
   s.world = world; s.world_map = map;
   for (int i = 0; i < n; i++) {
-    WorldSample w = sample_world(s, make_real2(u[2 * i], u[2 * i + 1]));
+    WorldSample w = sample_world(s, make_real2(u[2 * i], u[2 * i + 1]), world->features);
     direction[3 * i] = w.direction.x; direction[3 * i + 1] = w.direction.y; direction[3 * i + 2] = w.direction.z;
     pdf[i] = w.pdf;
   }
@@ -29,7 +29,7 @@ void probe_sample(const World *world, const float *map, int n, const float *u, f
 void probe_pdf(const World *world, const float *map, int n, const float *d, float *pdf) {
   Scene s;
   s.world = world; s.world_map = map;
-  for (int i = 0; i < n; i++) pdf[i] = pdf_world(s, make_real3(d[3 * i], d[3 * i + 1], d[3 * i + 2]));
+  for (int i = 0; i < n; i++) pdf[i] = pdf_world(s, make_real3(d[3 * i], d[3 * i + 1], d[3 * i + 2]), world->features);
 }
 }
 """
@@ -46,6 +46,9 @@ def spot(height=400.0, cosine=0.99):
     x, _, z = direction()
     inside = 1.0 - call1("less_than", 0.6 * x + 0.8 * z, cosine)
     return emission((0.5 + inside * height, 0.4 + inside * height, 0.3 + inside * (0.5 * height)))
+
+
+SUN = (0.6, 0.0, 0.8, float(np.arccos(0.99)))  # that spot as a disc that is drawn apart
 
 
 def under(world, **others):
@@ -86,10 +89,12 @@ def sphere(n=1 << 18):
     return d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
-def test_density_is_1_over_the_sphere_and_that_of_what_is_drawn(library):
-    prepared = ready(under(spot()))
+@pytest.mark.parametrize("sun", [(), SUN], ids=["map", "sun"])
+def test_density_is_1_over_the_sphere_and_that_of_what_is_drawn(library, sun):
+    prepared = ready(under(spot(), world_sun=np.reshape(sun, (-1, 4))))
+    assert bool(prepared.features & N["FEATURE_WORLD_SUN"]) == bool(sun)
     (pdf,) = call(library, "probe_pdf", prepared, 1 << 18, sphere(), (1 << 18,))
-    spread = pdf.std() * 4 * np.pi / 512
+    spread = pdf.std(dtype=np.float64) * 4 * np.pi / 512
     assert abs(pdf.mean(dtype=np.float64) * 4 * np.pi - 1.0) < 4 * spread
     u = np.random.default_rng(1).random((1 << 16, 2))
     drawn, density = call(library, "probe_sample", prepared, 1 << 16, u, (1 << 16, 3), (1 << 16,))
@@ -140,3 +145,27 @@ def test_a_small_sun_costs_no_noise():
     world = spot(4e4, 0.9999)
     picture, error = mean_and_error(render(under(world), 256, max_bounces=1))
     assert (error < 0.01 * picture).all(), (picture, error)
+
+
+def test_a_sun_smaller_than_cells_is_found_where_its_place_is_known():
+    half, (x, y, z) = 1e-3, direction()
+    off = (x - 0.6) * (x - 0.6) + y * y + (z - 0.8) * (z - 0.8)
+    inside = call1("less_than", off, 4.0 * np.sin(half / 2) ** 2) * (8.0 / half ** 2)
+    world, sun = emission((inside + 0.5, inside + 0.4, 0.5 * inside + 0.3)), [(0.6, 0.0, 0.8, half)]
+    prepared = ready(under(world, world_sun=sun))
+    assert prepared.features & N["FEATURE_WORLD_SUN"]
+    np.testing.assert_allclose(prepared.buffers["lights"]["radiance"][0], (2.5, 2.4, 1.3), rtol=1e-2)
+    picture, error = mean_and_error(render(under(world, world_sun=sun), 256, max_bounces=1))
+    assert (error < 0.01 * picture).all(), (picture, error)
+
+
+def test_a_sun_that_does_not_shine_is_left_to_the_map():
+    prepared = ready(under(spot(0.0), world_sun=[SUN]))
+    assert not prepared.features & N["FEATURE_WORLD_SUN"]
+
+
+def test_a_sun_in_a_black_sky_is_drawn():
+    x, _, z = direction()
+    inside = 1.0 - call1("less_than", 0.6 * x + 0.8 * z, 0.99)
+    picture, error = mean_and_error(render(under(emission((inside,) * 3), world_sun=[SUN]), 256, max_bounces=1))
+    assert (error < 0.01 * picture).all() and (picture > 0.0).all(), (picture, error)
