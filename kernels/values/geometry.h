@@ -61,30 +61,32 @@ FN Edges triangle_edges(Scene s, Point at) {
   return e;
 }
 
-/* How wide a pixel is where the ray met the surface, metres, as the camera would see it from so far: Igehy 1999, "Tracing
- * Ray Differentials", with one width for all directions, the mean of a pixel's sides. Away from the middle of the picture
- * these span smaller angles. Longer paths count with their last ray only, as if it came from the middle. */
+/* How wide a pixel is where the ray met the surface, metres, as the camera would see it from so far: Igehy 1999,
+ * "Tracing Ray Differentials", with one width for all directions, the mean of a pixel's sides. It grows with the length
+ * of the path, by the angle that the pixel spans, which is smaller away from the middle of the picture. Before the ray
+ * begins the path counts as straight: true of a ray of the camera and of the one behind its first bounce. */
 FN real footprint_width(Scene s, Point at) {
   Camera c = s.camera[0];
-  int seen = (at.kind & RAY_CAMERA) != 0u;
   real x = fabs(to_real(c.right) - to_real(c.left)) / real_of(c.width);
   real y = fabs(to_real(c.top) - to_real(c.bottom)) / real_of(c.height);
-  real3 d = turned_to_camera(c, at.direction);
-  d = select3(seen, d, make_real3(REAL(0.0), REAL(0.0), REAL(1.0)));
-  real cosine = max_real(d.z, REAL(1e-3));
-  real angle = cosine * (x * safe_sqrt(REAL(1.0) - d.x * d.x) + y * safe_sqrt(REAL(1.0) - d.y * d.y));
-  real length = at.length + (seen ? to_real(c.clip_start) / cosine : REAL(0.0)); /* its rays start there */
-  real width = REAL(0.5) * (c.kind == CAMERA_PERSPECTIVE ? angle * length : x + y);
-  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
-    real distance = at.length + to_real(c.clip_start);
-    width = seen ? panorama_pixel(c, c.kind, d) * distance : to_real(c.pixel) * at.length;
-  }
+  real3 begin = turned_to_camera(c, at.p - at.direction * at.length - load3(c.position));
+  real before = sqrt(dot3(begin, begin));
+  begin = begin * (REAL(1.0) / max_real(before, REAL(1e-30)));
+  int seen = (at.kind & RAY_CAMERA) != 0u;
+  real3 along = turned_to_camera(c, at.direction), d = select3(seen, along, begin);
+  int framed = (d.x >= to_real(c.left) * d.z) & (d.x <= to_real(c.right) * d.z) & (d.y >= to_real(c.bottom) * d.z) &
+               (d.y <= to_real(c.top) * d.z);
+  d = select3(framed, d, make_real3(REAL(0.0), REAL(0.0), REAL(1.0)));
+  real angle = d.z * (x * safe_sqrt(REAL(1.0) - d.x * d.x) + y * safe_sqrt(REAL(1.0) - d.y * d.y));
+  real width = REAL(0.5) * (c.kind == CAMERA_PERSPECTIVE ? angle * (before + at.length) : x + y);
+  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA)
+    width = (seen ? panorama_pixel(c, c.kind, along) : to_real(c.pixel)) * (before + at.length);
   /* Below that float32 tells points of the surface no longer apart. */
   return max_real(width, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
 }
 
-/* Two axes along the surface at right angles, as Cycles has them: which ones they are shows where a height jumps within a
- * footprint. */
+/* Two axes along the surface at right angles, as Cycles has them: which ones they are shows where a height jumps within
+ * a footprint. */
 FN Frame surface_axes(real3 n) {
   int even = (n.x == n.y) & (n.x == n.z);
   Frame f;
