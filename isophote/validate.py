@@ -399,6 +399,14 @@ def world_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "world", f"{len(scene.world_material)} materials where there is room for one"))
     if not np.isfinite(scene.world_radiance).all():
         problems.append(Problem("error", "world", "its radiance is not finite"))
+    if not np.isfinite(scene.mist).all():
+        problems.append(Problem("error", "world", "its mist is not finite"))
+    if len(scene.uv_attribute) > 1 or (scene.uv_attribute >= scene.mesh_attributes.shape[1]).any():
+        problems.append(Problem("error", "scene", f"its UV pass shows attribute {scene.uv_attribute.tolist()}, of "
+                                                  f"{scene.mesh_attributes.shape[1]}"))
+    for group in ("instances", "spheres", "materials"):
+        for index in np.flatnonzero(~np.isfinite(scene.arrays[f"{group.removesuffix('s')}_index"])):
+            problems.append(Problem("error", scene.name_of(group, index), "its pass index is not finite"))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
         dark = "" if scene.world_radiance.any() or len(scene.world_material) else ", and the world is black"
         problems.append(Problem("warning", "scene", f"it is empty: only the world is rendered{dark}"))

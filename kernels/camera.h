@@ -47,7 +47,11 @@ FN Ray make_camera_ray(Camera c, real x, real y, real2 on_lens) {
   return r;
 }
 
-/* Distance along the camera's axis, Blender's Depth pass. */
+/* Distance from the camera, and along its axis: Blender's Mist and Depth passes. */
+FN real camera_distance(Camera c, real3 p) {
+  real3 away = p - load3(c.position);
+  return c.kind == CAMERA_ORTHOGRAPHIC ? fabs(dot3(away, load3(c.z))) : sqrt(dot3(away, away));
+}
 FN real camera_depth(Camera c, real3 p) { return -dot3(p - load3(c.position), load3(c.z)); }
 
 #endif
