@@ -268,6 +268,8 @@ PASS_NAMES = {
     **{f"{short}{of}": f"{kind} {word}" for short, kind in (("Diff", "Diffuse"), ("Gloss", "Glossy"),
                                                             ("Trans", "Transmission"))
        for of, word in (("Dir", "Direct"), ("Ind", "Indirect"), ("Col", "Color"))},
+    "IndexOB": "Object Index",
+    "IndexMA": "Material Index",
     "Emit": "Emission",
     "Env": "Environment",
 }

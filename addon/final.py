@@ -23,7 +23,7 @@ from . import kept, ledger, left_out, log, native
 from .compat import catch_interrupts, frame_border, interrupted
 from .export import export_scene
 from .export.changes import Changes
-from .result import OpenResult, mark_failed, stamp
+from .result import OpenResult, mark_failed, missing_passes, stamp
 from .settings import make_settings
 
 POLL = 0.05  # seconds between looks at Blender's Esc key
@@ -69,6 +69,7 @@ def render_layer(engine, depsgraph) -> None:
     engine.update_stats("", "Isophote: exporting")
     started = time.perf_counter()
     scene = export_scene(depsgraph, changes=changes)
+    scene.notes += missing_passes(view_layer)
     export_seconds = time.perf_counter() - started
     region = frame_border(blender_scene.render, scene.resolution)
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.passes import PASSES
+from isophote.passes import PASSES, check_passes
 
 from .compat import frame_border, pass_name, set_pass
 from .export.camera import resolution_of
@@ -17,11 +17,20 @@ BUILTIN = {
     "normal": "use_pass_normal",
     "position": "use_pass_position",
     **{f"{kind}_{of}": f"use_pass_{kind}_{of}" for kind in KINDS for of in ("direct", "indirect", "color")},
+    "uv": "use_pass_uv",
+    "mist": "use_pass_mist",
+    "object_index": "use_pass_object_index",
+    "material_index": "use_pass_material_index",
     "emission": "use_pass_emit",
     "environment": "use_pass_environment",
 }
 OWN = ("albedo", "sample_count", "invalid", "error")
-TYPES = {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
+DENOISING = ("denoising_normal", "denoising_albedo", "denoising_depth")  # by Cycles' switch, where its add-on is on
+# Switches of Blender and Cycles whose passes there are not.
+MISSING = {"use_pass_vector": "Vector", "use_pass_ambient_occlusion": "Ambient Occlusion", "use_pass_shadow": "Shadow",
+           "use_pass_subsurface_direct": "Subsurface Direct", "use_pass_subsurface_indirect": "Subsurface Indirect",
+           "use_pass_subsurface_color": "Subsurface Color"}
+TYPES = {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "UVA": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
 FAILED_SQUARE = 16  # pixels
 
@@ -30,7 +39,15 @@ def wanted_passes(view_layer) -> tuple[str, ...]:
     """Names, as in isophote.passes, of what a view layer asks for."""
     builtin = [name for name, flag in BUILTIN.items() if getattr(view_layer, flag)]
     own = [name for name in OWN if getattr(view_layer.isophote, name)]
-    return ("combined", *builtin, *own)
+    cycles = getattr(view_layer, "cycles", None)
+    denoising = DENOISING if getattr(cycles, "denoising_store_passes", False) else ()
+    return check_passes(("combined", *builtin, *own, *denoising))
+
+
+def missing_passes(view_layer) -> list[dict]:
+    """A note for each pass that a view layer asks for and that there is not."""
+    return [{"kind": "pass", "name": name, "what": "is not supported: left out"} for flag, name in MISSING.items()
+            if getattr(view_layer, flag, False)]
 
 
 def register_passes(engine, scene, view_layer) -> None:

@@ -196,7 +196,13 @@ class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
         column.prop(layer, "use_pass_z")
         column.prop(layer, "use_pass_normal")
         column.prop(layer, "use_pass_position")
+        column.prop(layer, "use_pass_uv")
+        column.prop(layer, "use_pass_mist")
+        column.prop(layer, "use_pass_object_index")
+        column.prop(layer, "use_pass_material_index")
         column = self.layout.column(align=True)
+        if hasattr(layer, "cycles"):
+            column.prop(layer.cycles, "denoising_store_passes", text="Denoising Data")
         column.prop(layer.isophote, "albedo")
         column.prop(layer.isophote, "sample_count")
         column.prop(layer.isophote, "invalid")

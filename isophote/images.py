@@ -206,7 +206,7 @@ def gathered(channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     several = len({layer for layer, _ in parted if layer}) > 1
     planes = {}
     for (layer, pass_name), found in parted.items():
-        order = sorted(found, key=lambda c: CHANNEL_ORDER.find(c.upper()))
+        order = sorted(found, key=lambda c: CHANNELS.get(pass_name, CHANNEL_ORDER).find(c.upper()))
         planes[f"{layer}.{pass_name}" if several and layer else pass_name] = np.stack([found[c] for c in order], axis=2)
     return planes
 

@@ -85,11 +85,9 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
                f"-DCLOSURES_USED={prepared.operations}u", f"-DGROUPS_USED={film_planes(settings).mask}u",
                f"-DCLAMPS={int(settings.clamps)}"]
-    if prepared.registers:
-        options.append(f"-DREGISTERS={prepared.registers}")
+    options.append(f"-DREGISTERS={max(prepared.registers, 1)}")
+    if prepared.features & numbers()["FEATURE_VALUES"]:
         options += [f"-DVALUES_USED_{family}={mask}u" for family, mask in enumerate(prepared.values)]
-    else:
-        options.append("-DREGISTERS=1")
     if settings.precision == "fast":
         return [*options, "-DISOPHOTE_FAST"]
     if is_strict(device) is True:

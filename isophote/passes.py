@@ -60,6 +60,11 @@ def divided(light: str, color: str) -> Callable[[Film], np.ndarray]:
     return planes
 
 
+def mist(film: Film) -> np.ndarray:
+    """Sums are of what is clear of mist, so that where nothing is seen there is mist."""
+    return 1.0 - mean_planes("mist")(film)
+
+
 def invalid(film: Film) -> np.ndarray:
     """How many of the pixel's samples were NaN, infinite or too large for float32, and count as 0."""
     return film.sum(INVALID).astype(np.float32)[..., None]
@@ -83,6 +88,10 @@ class Pass:
     make: Callable[[Film], np.ndarray]
 
 
+def first_sample_pass(name: str, blender_name: str, channels: str) -> Pass:
+    return Pass(name, blender_name, channels, (name,), first_sample_planes(name))
+
+
 def mean_pass(name: str, blender_name: str, channels: str = "RGB") -> Pass:
     return Pass(name, blender_name, channels, (name,), mean_planes(name))
 
@@ -102,10 +111,17 @@ PASSES: dict[str, Pass] = {
     entry.name: entry
     for entry in (
         Pass("combined", "Combined", "RGBA", (), combined),
-        Pass("depth", "Depth", "Z", ("depth",), first_sample_planes("depth")),
+        first_sample_pass("depth", "Depth", "Z"),
         mean_pass("normal", "Normal", "XYZ"),
         mean_pass("albedo", "Albedo"),
-        Pass("position", "Position", "XYZ", ("position",), first_sample_planes("position")),
+        first_sample_pass("position", "Position", "XYZ"),
+        mean_pass("uv", "UV", "UVA"),
+        Pass("mist", "Mist", "Z", ("mist",), mist),
+        first_sample_pass("object_index", "IndexOB", "X"),
+        first_sample_pass("material_index", "IndexMA", "X"),
+        mean_pass("denoising_normal", "Denoising Normal", "XYZ"),
+        mean_pass("denoising_albedo", "Denoising Albedo"),
+        mean_pass("denoising_depth", "Denoising Depth", "Z"),
         *light_passes("diffuse", "Diff"),
         *light_passes("glossy", "Gloss"),
         *light_passes("transmission", "Trans"),

@@ -17,6 +17,8 @@ INVALID = 8  # the plane's number
 COMBINED = 9  # so many
 CUT = 4
 SHARES = 12  # numbers of a path where light is told apart by the closures of its first bounce (kernels/passes.h)
+GUIDES = 4  # and where denoisers are guided
+DENOISING = ("denoising_normal", "denoising_albedo", "denoising_depth")
 SPLIT = tuple(f"{kind}_{light}" for kind in ("diffuse", "glossy", "transmission") for light in ("direct", "indirect"))
 
 
@@ -56,8 +58,8 @@ class Planes:
     @property
     def columns(self) -> int:
         """Numbers of a path beside its light."""
-        split = any(name in SPLIT for name in self.groups)
-        return int(self) - COMBINED - CUT * self.clamps + SHARES * split
+        split, guided = (any(name in of for name in self.groups) for of in (SPLIT, DENOISING))
+        return int(self) - COMBINED - CUT * self.clamps + SHARES * split + GUIDES * guided
 
     @property
     def needs_sample_0(self) -> bool:

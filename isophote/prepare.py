@@ -80,7 +80,8 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_world(scene)}
+        "world": make_world(scene),
+        "pass_indices": pass_indices(scene)}
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
@@ -108,11 +109,23 @@ def as_kernels_have_them(buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray
 
 def make_world(scene: Scene) -> np.ndarray:
     """The world's record, without lights."""
-    material = scene.world_material[0] if len(scene.world_material) else numbers()["NONE"]
+    none = numbers()["NONE"]
+    material = scene.world_material[0] if len(scene.world_material) else none
+    spheres = len(scene.instance_index) if len(pass_indices(scene)) else none
+    start, depth, falloff = scene.mist
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
+                        mist_start=start, mist_scale=1.0 / depth if depth > 0.0 else 0.0, mist_falloff=falloff,
+                        uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
+                        material_indices=none if spheres == none else spheres + len(scene.sphere_index),
                         hidden=scene.world_hidden, attributes=scene.mesh_attributes.shape[1],
                         instance_columns=scene.instance_values.shape[1],
                         registers=registers_used(scene))
+
+
+def pass_indices(scene: Scene) -> np.ndarray:
+    """Of instances, spheres and materials; empty where all are 0."""
+    joined = np.concatenate([scene.instance_index, scene.sphere_index, scene.material_index])
+    return joined if joined.any() else joined[:0]
 
 
 def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -284,7 +297,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_EMISSION": materials["emission"].any(),
         "FEATURE_LENS": scene.camera_lens[0] > 0,
         "FEATURE_PANORAMA": scene.camera_kind >= n["CAMERA_EQUIRECTANGULAR"],
-        "FEATURE_VALUES": len(scene.step_op) > 0,
+        "FEATURE_VALUES": len(scene.step_op) > 0 or len(scene.uv_attribute) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,
     }

@@ -4,7 +4,7 @@ One table, FIELDS, names each array with its type, shape and meaning; saving, lo
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
 Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances of which values are known (I or 0), R
-numbers of each, G images, X bytes, W and U 0 or 1.
+numbers of each, G images, X bytes, W, U and Y 0 or 1.
 """
 
 from __future__ import annotations
@@ -56,13 +56,16 @@ FIELDS: dict[str, Field] = {
     "instance_mesh": Field("u4", ("I",), "mesh of each instance"),
     "instance_to_world": Field("f8", ("I", 3, 4), "object to world, relative to origin"),
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
+    "instance_index": Field("f4", ("I",), "Blender's pass index of the object", zeros=True),
     "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h)"),
     "slot_materials": Field("u4", ("Q",), "material of each slot"),
     "sphere_center": Field("f8", ("S", 3), "relative to origin"),
     "sphere_radius": Field("f8", ("S",), "metres"),
     "sphere_material": Field("u4", ("S",), ""),
     "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
+    "sphere_index": Field("f4", ("S",), "pass index of the object", zeros=True),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
+    "material_index": Field("f4", ("P",), "pass index of the material", zeros=True),
     "instruction_op": Field("i4", ("K",), "operation (kernels/bsdf/bsdf.h, isophote/materials.py)"),
     "instruction_flags": Field("u4", ("K",), "INSTRUCTION_ flags, registers of normal and tangent (scene_records.h)",
                                zeros=True),
@@ -79,6 +82,7 @@ FIELDS: dict[str, Field] = {
     "value_tables": Field("f4", ("C",), "curves and ramps that steps read"),
     "mesh_attributes": Field("u4", ("M", "A", 3), "first number in attribute_values, DOMAIN_, components (1 to 4)",
                              zeros=True),
+    "uv_attribute": Field("u4", ("Y",), "attribute that the UV pass shows (Y = 1); else empty"),
     "attribute_values": Field("f4", ("B",), "by mesh, attribute, element and component"),
     "instance_values": Field("f4", ("O", "R"), "what steps ask of each instance, a column each"),
     "images": Field("i4", ("G", 6), "first word of image_texels, width, height, channels, TEXEL_ kind, IMAGE_ flags"),
@@ -98,6 +102,7 @@ FIELDS: dict[str, Field] = {
     "world_hidden": Field("u4", (), "mask of RAY_ bits that do not see the world"),
     "world_sun": Field("f8", ("U", 4), "a disc in it that is drawn apart (U = 1): unit direction of its middle, half "
                                        "its angle in radians"),
+    "mist": Field("f8", (3,), "start, depth, metres from the camera; exponent of its falloff: 1, 2 or 0.5"),
 }
 
 

@@ -109,6 +109,8 @@ class Session:
         warnings = [{"kind": "scene", "name": problem.thing, "what": problem.what}
                     for problem in problems if problem.severity == "warning"]
         self._notes: list[dict] = list(scene.notes) + dropped + warnings
+        if "uv" in settings.passes and not len(scene.uv_attribute):
+            self._notes.append({"kind": "pass", "name": "UV", "what": "black: the view layer has its switch off"})
         check_host_memory(len(cleaned.triangles), self.film.open.size)
         if self.device is None:
             self.device = open_device(settings.device, settings)

@@ -417,6 +417,14 @@ def world_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "world", "its sun is not one unit direction"))
     elif not ((halves > 0.0) & (halves <= np.pi / 2)).all():
         problems.append(Problem("error", "world", "its sun's half angle is not above 0 and up to 90 degrees"))
+    if not np.isfinite(scene.mist).all():
+        problems.append(Problem("error", "world", "its mist is not finite"))
+    if len(scene.uv_attribute) > 1 or (scene.uv_attribute >= scene.mesh_attributes.shape[1]).any():
+        problems.append(Problem("error", "scene", f"its UV pass shows attribute {scene.uv_attribute.tolist()}, of "
+                                                  f"{scene.mesh_attributes.shape[1]}"))
+    for group in ("instances", "spheres", "materials"):
+        for index in np.flatnonzero(~np.isfinite(scene.arrays[f"{group.removesuffix('s')}_index"])):
+            problems.append(Problem("error", scene.name_of(group, index), "its pass index is not finite"))
     dark = not (scene.world_radiance.any() or len(scene.world_material))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
         black = ", and the world is black" if dark else ""

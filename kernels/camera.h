@@ -68,11 +68,14 @@ FN Ray make_camera_ray(Camera c, int kind, real x, real y, real2 on_lens) {
   return free_ray(origin, direction, REAL(0.0), to_real(c.clip_end) * length - start);
 }
 
-/* Distance along the camera's axis, or from a panorama's place: Blender's Depth pass. */
+/* Distance from the camera, and along its axis: Blender's Mist and Depth passes. A panorama has no axis. */
+FN real camera_distance(Camera c, real3 p) {
+  real3 away = p - load3(c.position);
+  return c.kind == CAMERA_ORTHOGRAPHIC ? fabs(dot3(away, load3(c.z))) : sqrt(dot3(away, away));
+}
 FN real camera_depth(Camera c, real3 p) {
-  real3 v = p - load3(c.position);
-  if (is_panorama(c.kind)) return sqrt(dot3(v, v));
-  return -dot3(v, load3(c.z));
+  if (is_panorama(c.kind)) return camera_distance(c, p);
+  return -dot3(p - load3(c.position), load3(c.z));
 }
 
 #endif

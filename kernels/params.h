@@ -47,26 +47,33 @@ typedef struct {
 #define PLANE_GROUPS(X)           \
   X(0, depth, 1)                  \
   X(1, position, 3)               \
-  X(2, normal, 3)                 \
-  X(3, albedo, 3)                 \
-  X(4, diffuse_color, 3)          \
-  X(5, glossy_color, 3)           \
-  X(6, transmission_color, 3)     \
-  X(7, diffuse_direct, 3)         \
-  X(8, diffuse_indirect, 3)       \
-  X(9, glossy_direct, 3)          \
-  X(10, glossy_indirect, 3)       \
-  X(11, transmission_direct, 3)   \
-  X(12, transmission_indirect, 3) \
-  X(13, emission, 3)              \
-  X(14, environment, 3)
+  X(2, object_index, 1)           \
+  X(3, material_index, 1)         \
+  X(4, normal, 3)                 \
+  X(5, albedo, 3)                 \
+  X(6, uv, 3)                     \
+  X(7, mist, 1)                   \
+  X(8, denoising_normal, 3)       \
+  X(9, denoising_albedo, 3)       \
+  X(10, denoising_depth, 1)       \
+  X(11, diffuse_color, 3)         \
+  X(12, glossy_color, 3)          \
+  X(13, transmission_color, 3)    \
+  X(14, diffuse_direct, 3)        \
+  X(15, diffuse_indirect, 3)      \
+  X(16, glossy_direct, 3)         \
+  X(17, glossy_indirect, 3)       \
+  X(18, transmission_direct, 3)   \
+  X(19, transmission_indirect, 3) \
+  X(20, emission, 3)              \
+  X(21, environment, 3)
 enum {
 #define X(number, name, planes) GROUP_##name = number,
   PLANE_GROUPS(X)
 #undef X
 };
-#define GROUPS_OF_SAMPLE_0 2
-#define MOST_PLANES 64
+#define GROUPS_OF_SAMPLE_0 4
+#define MOST_PLANES 80
 /* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
 #define PLANES_CUT 4
 #define LIMITS 5 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, transparent */

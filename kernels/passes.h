@@ -12,10 +12,15 @@
 #define GROUPS_SPLIT                                                                                            \
   (GROUP_BIT(diffuse_direct) | GROUP_BIT(diffuse_indirect) | GROUP_BIT(glossy_direct) | GROUP_BIT(glossy_indirect) | \
    GROUP_BIT(transmission_direct) | GROUP_BIT(transmission_indirect))
-#define GROUPS_LIGHT (GROUPS_SPLIT | GROUP_BIT(emission) | GROUP_BIT(environment))
+#define GROUPS_LIGHT (GROUPS_SPLIT | GROUP_BIT(emission) | GROUP_BIT(environment) | GROUP_BIT(denoising_albedo))
 /* Of the first surface that the path meets, and of those that it sees through transparent ones. */
-#define GROUPS_FIRST (GROUP_BIT(depth) | GROUP_BIT(position) | GROUP_BIT(normal) | GROUP_BIT(albedo))
-#define GROUPS_SURFACE (GROUPS_FIRST | GROUPS_COLOR)
+#define GROUPS_FIRST                                                                                     \
+  (GROUP_BIT(depth) | GROUP_BIT(position) | GROUP_BIT(object_index) | GROUP_BIT(material_index) |        \
+   GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUP_BIT(uv))
+#define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist))
+/* Of the first surface along the path that is not sharp. */
+#define GROUPS_DENOISING (GROUP_BIT(denoising_normal) | GROUP_BIT(denoising_albedo) | GROUP_BIT(denoising_depth))
+#define GROUPS_SURFACE (GROUPS_SEEN | GROUPS_DENOISING)
 #define GROUPS_LOOK (GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUPS_COLOR) /* ask closures */
 
 FN int has_any(uint groups, uint wanted) { return (groups & wanted) != 0u; }
@@ -26,6 +31,14 @@ FN int plane_takes(uint groups, uint plane, uint sample) {
 
 /* From here on planes have parts of Combined, and lack what it lacks. */
 FN uint first_light_plane(uint groups) { return plane_of(groups, GROUP_diffuse_direct); }
+
+FN void add_number(GLOBAL real *columns, uint stride, uint slot, uint groups, uint group, real value) {
+  if (has_group(groups, group)) columns[(plane_of(groups, group) - PLANES_COMBINED) * stride + slot] += value;
+}
+
+FN void set_number(GLOBAL real *columns, uint stride, uint slot, uint groups, uint group, real value) {
+  if (has_group(groups, group)) columns[(plane_of(groups, group) - PLANES_COMBINED) * stride + slot] = value;
+}
 
 FN void add_to_plane(GLOBAL real *columns, uint stride, uint slot, uint groups, uint group, real3 value) {
   if (!has_group(groups, group)) return;
@@ -39,8 +52,12 @@ FN void add_to_plane(GLOBAL real *columns, uint stride, uint slot, uint groups, 
 
 /* Columns that a path has. */
 #define SHARE_COLUMNS 12u
-FN uint pass_columns(uint groups) {
+#define GUIDE_COLUMNS 4u
+FN uint first_guide(uint groups) {
   return planes_end(groups) - PLANES_COMBINED + (has_any(groups, GROUPS_SPLIT) ? SHARE_COLUMNS : 0u);
+}
+FN uint pass_columns(uint groups) {
+  return first_guide(groups) + (has_any(groups, GROUPS_DENOISING) ? GUIDE_COLUMNS : 0u);
 }
 
 /* What parts of light came by the diffuse and by the glossy closures of the path's first bounce; those that transmit
@@ -107,12 +124,24 @@ FN Shares path_shares(Shares parts, real3 whole, BsdfSample sample) {
   return s;
 }
 
+/* Of a path that has met nothing but sharp closures: how they tint what guides a denoiser (show_guides), and whether it
+ * is such a path. */
+FN real3 load_guide(GLOBAL const real *columns, uint stride, uint slot, uint groups) {
+  uint at = first_guide(groups) * stride + slot;
+  return make_real3(columns[at], columns[at + stride], columns[at + 2u * stride]);
+}
+FN int is_guiding(GLOBAL const real *columns, uint stride, uint slot, uint groups) {
+  return columns[(first_guide(groups) + 3u) * stride + slot] != REAL(0.0);
+}
+
 /* Where light comes from: a group, of what the camera sees itself, or one of these. */
 #define FROM_PATH 32u
 #define FROM_LIGHT 33u
 FN uint seen_from(Path p, uint group) { return path_bounce(p) == 0 ? group : FROM_PATH; }
 
 FN void add_light_passes(GLOBAL real *columns, uint stride, uint slot, uint groups, Brought b, uint from) {
+  if (has_group(groups, GROUP_denoising_albedo) && from != FROM_LIGHT && is_guiding(columns, stride, slot, groups))
+    add_to_plane(columns, stride, slot, groups, GROUP_denoising_albedo, load_guide(columns, stride, slot, groups) * b.light);
   if (from < FROM_PATH) {
     add_to_plane(columns, stride, slot, groups, from, b.light);
     return;
@@ -173,26 +202,119 @@ FN Look look_at_surface(Scene s, Material m, Surface at, Path p, const real *r, 
 /* Values of a path that has met nothing yet. */
 FN void clear_columns(GLOBAL real *columns, uint stride, uint slot, uint groups) {
   for (uint k = 0u; k < planes_end(groups) - PLANES_COMBINED; k++) columns[k * stride + slot] = REAL(0.0);
-  if (has_group(groups, GROUP_depth)) columns[(plane_of(groups, GROUP_depth) - PLANES_COMBINED) * stride + slot] = DEPTH_NOTHING;
+  set_number(columns, stride, slot, groups, GROUP_depth, DEPTH_NOTHING);
+  if (has_any(groups, GROUPS_DENOISING))
+    for (uint k = 0u; k < GUIDE_COLUMNS; k++) columns[(first_guide(groups) + k) * stride + slot] = REAL(1.0);
+}
+
+/* How clear a place is in the mist of Blender's world (kernel/film/data_passes.h). */
+FN real clear_of_mist(Scene s, real3 p) {
+  World w = s.world[0];
+  real mist = clamp01((camera_distance(s.camera[0], p) - to_real(w.mist_start)) * to_real(w.mist_scale));
+  if (w.mist_falloff == 2.0f) mist = mist * mist;
+  if (w.mist_falloff == 0.5f) mist = sqrt(mist);
+  return REAL(1.0) - mist;
+}
+
+FN real object_index(Scene s, Hit h) {
+  World w = s.world[0];
+  if (w.sphere_indices == NONE) return REAL(0.0);
+  return to_real(s.pass_indices[h.instance == SPHERE_INSTANCE ? w.sphere_indices + h.primitive : h.instance]);
+}
+FN real material_index(Scene s, Surface at) {
+  uint first = s.world[0].material_indices;
+  return first == NONE ? REAL(0.0) : to_real(s.pass_indices[first + at.material]);
+}
+
+/* Coordinates of the UV map and 1, or nothing where the mesh has none. */
+FN real3 uv_of_surface(Scene s, Surface at, Path p, Hit h) {
+#if SCENE_FEATURES & FEATURE_VALUES
+  if (s.world[0].uv == NONE || h.instance == SPHERE_INSTANCE) return zero3();
+  if (s.mesh_attributes[s.instance_meshes[h.instance] * s.world[0].attributes + s.world[0].uv].domain == DOMAIN_NONE)
+    return zero3();
+  Attribute uv = read_attribute(s, s.world[0].uv, make_point(at, path_ray(p), h, 0u, 0u));
+  return make_real3(uv.x, uv.y, REAL(1.0));
+#else
+  return zero3();
+#endif
 }
 
 /* A surface that the path meets before its first bounce. */
-FN void show_surface(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, const real *r) {
-  if (path_bounce(p) > 0) return;
+FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
   Look a = look_at_surface(s, m, at, p, r, groups);
   if (path_vertex(p) == 0) {
-    if (has_group(groups, GROUP_depth))
-      columns[(plane_of(groups, GROUP_depth) - PLANES_COMBINED) * stride + p.slot] = camera_depth(s.camera[0], at.p);
+    set_number(columns, stride, p.slot, groups, GROUP_depth, camera_depth(s.camera[0], at.p));
     add_to_plane(columns, stride, p.slot, groups, GROUP_position, at.p + load3(s.world[0].origin));
+    add_number(columns, stride, p.slot, groups, GROUP_object_index, object_index(s, h));
+    add_number(columns, stride, p.slot, groups, GROUP_material_index, material_index(s, at));
     int bumps = (SCENE_FEATURES & FEATURE_BUMP) && (m.flags & MATERIAL_BUMPS);
     int mean = bumps && dot3(a.normals, a.normals) > REAL(0.0);
     add_to_plane(columns, stride, p.slot, groups, GROUP_normal, mean ? normalize3(a.normals) : at.ns);
     add_to_plane(columns, stride, p.slot, groups, GROUP_albedo, a.albedo);
+    if (has_group(groups, GROUP_uv)) add_to_plane(columns, stride, p.slot, groups, GROUP_uv, uv_of_surface(s, at, p, h));
   }
   real3 seen = path_throughput(p);
   add_to_plane(columns, stride, p.slot, groups, GROUP_diffuse_color, seen * a.diffuse);
   add_to_plane(columns, stride, p.slot, groups, GROUP_glossy_color, seen * a.glossy);
   add_to_plane(columns, stride, p.slot, groups, GROUP_transmission_color, seen * a.transmission);
+  if (has_group(groups, GROUP_mist)) {
+    real3 through = (m.flags & MATERIAL_TRANSPARENT) ? material_transparency(m, r) : zero3();
+    real alpha = average3(seen * saturate3(splat3(REAL(1.0)) - through));
+    add_number(columns, stride, p.slot, groups, GROUP_mist, clear_of_mist(s, at.p) * alpha);
+  }
+}
+
+/* --------------------------------------------------------------- denoising */
+
+#define SHARP_ROUGHNESS REAL(0.075) /* squared: at most that is a mirror's */
+
+/* What guides a denoiser: of the first surface that has at least a quarter of its closures' light from such that are not
+ * sharp. Mirrors and glass before it tint its albedo and lengthen its distance; light that is seen so far counts as albedo
+ * (kernel/film/denoising_passes.h). */
+FN void show_guides(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
+  if (!is_guiding(columns, stride, p.slot, groups)) return;
+  uint first = first_guide(groups) * stride + p.slot;
+  real3 tint = load_guide(columns, stride, p.slot, groups);
+  real3 soft = zero3(), sharp = zero3(), normal = zero3();
+  real total = REAL(0.0), softness = REAL(0.0);
+  Choice choice = make_choice(REAL(0.0));
+  for (uint k = 0u; k < m.count; k++) {
+    Instruction i = s.instructions[m.first + k];
+    Closure c = closure_of(i, r);
+    Frame frame = frame_of(i, at, r);
+    real3 wo = to_local(frame, make_real3(-p.dx, -p.dy, -p.dz));
+    if (is_closure(i.op)) {
+      real3 weight = closure_weight(c, choice);
+      real3 albedo = albedo_closure(c, at.backfacing, s.albedo_tables, wo);
+      real share = closure_share(weight, albedo);
+      int is_soft = roughness_product(c) > SHARP_ROUGHNESS;
+      normal = normal + frame.z * share;
+      total = total + share;
+      softness = softness + (is_soft ? share : REAL(0.0));
+      soft = soft + select3(is_soft, albedo * weight, zero3());
+      sharp = sharp + select3(is_soft, zero3(), albedo * weight);
+    } else {
+      choice.layer = layer_closure(c, at.backfacing, s.albedo_tables, wo, choice.layer);
+    }
+  }
+  add_number(columns, stride, p.slot, groups, GROUP_denoising_depth, average3(tint) * h.t);
+  if (total == REAL(0.0) || softness * REAL(4.0) > total) {
+    normal = normal * (total > REAL(0.0) ? REAL(1.0) / total : REAL(0.0));
+    Camera c = s.camera[0];
+    real3 seen = make_real3(dot3(normal, load3(c.x)), dot3(normal, load3(c.y)), -dot3(normal, load3(c.z)));
+    add_to_plane(columns, stride, p.slot, groups, GROUP_denoising_normal, seen);
+    add_to_plane(columns, stride, p.slot, groups, GROUP_denoising_albedo, tint * soft);
+    columns[first + 3u * stride] = REAL(0.0);
+  } else {
+    columns[first] = tint.x * sharp.x;
+    columns[first + stride] = tint.y * sharp.y;
+    columns[first + 2u * stride] = tint.z * sharp.z;
+  }
+}
+
+FN void show_surface(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
+  if (has_any(groups, GROUPS_SEEN) && path_bounce(p) == 0) show_seen(columns, stride, groups, s, m, at, p, h, r);
+  if (has_any(groups, GROUPS_DENOISING)) show_guides(columns, stride, groups, s, m, at, p, h, r);
 }
 
 #endif

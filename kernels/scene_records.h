@@ -28,7 +28,7 @@
 #define FEATURE_EMISSION 128u
 #define FEATURE_LAMPS 256u     /* lights to sample that are no triangles */
 #define FEATURE_SLOTS 512u     /* some triangle has another material slot than 0 */
-#define FEATURE_VALUES 1024u   /* some material computes values for each point */
+#define FEATURE_VALUES 1024u   /* some material computes values for each point, or the UV pass shows an attribute */
 #define FEATURE_BUMP 2048u     /* some closure has a normal of its own */
 #define FEATURE_WORLD 4096u    /* the world's radiance is computed for each direction */
 #define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
@@ -119,6 +119,10 @@ typedef struct {
   packed3 sun;      /* where FEATURE_WORLD_SUN is set: unit direction of the middle of a disc, */
   float sun_width;  /* 1 less the cosine of half its angle, */
   float sun_chance; /* and how often it is drawn instead of the map */
+  float mist_start, mist_scale; /* where mist begins, one over its depth: for the Mist pass */
+  float mist_falloff;           /* exponent: 1, 2 or 0.5 */
+  uint uv;                      /* attribute that the UV pass shows; NONE: black */
+  uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the

@@ -259,10 +259,10 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     return r;
   }
   uint groups = film_groups(params);
-  if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, registers);
   if (m.flags & MATERIAL_EMITS)
     add_result(results, columns, stride, p.slot, params, see_emission(s, params, m, p, h, registers),
                seen_from(p, GROUP_emission));
+  if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
     results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
   if (p.status & PATH_LAST_HIT) {

@@ -44,7 +44,7 @@ static void show_surfaces(Batch &__restrict b, Scene s, Params params, Material 
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++)
     show_surface(b.slot_columns.data(), CAPACITY, params.groups, s, m, load_surface(b, i, g.material), path_at(columns, i),
-                 registers_at(b, i));
+                 load_hit(b, i), registers_at(b, i));
 }
 
 /* Of the light that comes to paths' first vertices. */

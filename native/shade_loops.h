@@ -454,8 +454,8 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   Material m = s.materials[g.material];
   make_surfaces<FEATURES>(b, s, g);
   run_values(b, s, m, g);
-  if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
+  if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
   if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
   if (g.last) {
     pass_last(b, params, m, g);

@@ -14,7 +14,7 @@ from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
 from .light import join_lights
 from .notes import Notes
-from .world import export_world
+from .world import export_world, mist_of
 
 __all__ = ["export_scene"]
 
@@ -61,6 +61,8 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     arrays |= meshes.join() | join_lights(gatherer.lamps)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
+    arrays |= {"material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),
+               "uv_attribute": [] if gatherer.uv is None else [gatherer.uv]}
     if gatherer.lookups.attributes:
         arrays |= join_attributes(list(gatherer.lookups.attributes), meshes.attributes)
     names = {
@@ -76,7 +78,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
     if not gatherer.instances:
         return {}
-    numbers, meshes, slots, visibility, _ = zip(*gatherer.instances, strict=False)
+    numbers, meshes, slots, visibility, _, indices = zip(*gatherer.instances, strict=True)
     matrices = gatherer.matrices[list(numbers), :3]
     matrices[:, :, 3] -= gatherer.origin
     return {
@@ -84,6 +86,7 @@ def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
         "instance_to_world": matrices,
         "instance_slots": np.array(slots, np.uint32),
         "instance_visibility": np.array(visibility, np.uint32),
+        "instance_index": np.array(indices, np.float32),
         "slot_materials": np.array(gatherer.slots, np.uint32),
     }
 
@@ -91,10 +94,11 @@ def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
 def join_spheres(spheres: list[tuple]) -> dict[str, np.ndarray]:
     if not spheres:
         return {}
-    centres, radii, materials, visibility, _ = zip(*spheres, strict=False)
+    centres, radii, materials, visibility, _, indices = zip(*spheres, strict=True)
     return {
         "sphere_center": np.stack(centres),
         "sphere_radius": np.array(radii, np.float64),
         "sphere_material": np.array(materials, np.uint32),
         "sphere_visibility": np.array(visibility, np.uint32),
+        "sphere_index": np.array(indices, np.float32),
     }

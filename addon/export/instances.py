@@ -40,12 +40,14 @@ class Gatherer:
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
         self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
+        self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
+        self.material_indices: list[int] = []
         self.slots: list[int] = []
-        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name)
-        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name)
+        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index)
+        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index)
         self._material_of: dict = {}
         self._slots_of: dict[tuple, int] = {}
         self._looks: dict[tuple, tuple] = {}  # what instances of one object share: the end of their tuple
@@ -104,7 +106,8 @@ class Gatherer:
         mesh = self.meshes.number_of(ob, self.attributes_of(ob))
         if mesh is None:
             return
-        self._looks[key] = mesh, self.slots_of(ob, self.meshes.needed[mesh]), visibility, ob.name
+        slots = self.slots_of(ob, self.meshes.needed[mesh])
+        self._looks[key] = mesh, slots, visibility, ob.name, ob.pass_index
         self.instances.append((number, *self._looks[key]))
 
     def add_sphere(self, matrix: np.ndarray, ob, visibility: int) -> None:
@@ -116,7 +119,7 @@ class Gatherer:
             self.notes.add("object", ob.name, "rendered as a sphere, but its sides differ: the longest counts")
         centre = (matrix[:3, :3] * (0.5 * (low + high))).sum(axis=1) + matrix[:3, 3] - self.origin
         material = self.slot_list(ob)[0]
-        self.spheres.append((centre, 0.5 * sides.max(), material, visibility, ob.name))
+        self.spheres.append((centre, 0.5 * sides.max(), material, visibility, ob.name, ob.pass_index))
 
     def slots_of(self, ob, needed: int) -> int:
         """First entry in slot_materials of an object's slots; equal lists are kept once."""
@@ -139,12 +142,14 @@ class Gatherer:
             self._material_of[key] = len(self.programs)
             self.programs.append(material_program(material, self.notes, self.lookups))
             self.material_names.append("default" if material is None else material.name)
+            self.material_indices.append(0 if material is None else material.pass_index)
         return self._material_of[key]
 
     def add_program(self, program: MaterialProgram, name: str) -> int:
         """The number of a material that no object has."""
         self.programs.append(program)
         self.material_names.append(name)
+        self.material_indices.append(0)
         return len(self.programs) - 1
 
     def attributes_of(self, ob) -> list[tuple]:
@@ -154,6 +159,7 @@ class Gatherer:
         if not self.lookups.attributes:
             return []
         wanted = {number for material in self.slot_list(ob) for number in self.programs[material].attributes}
+        wanted |= {self.uv} if self.uv is not None else set()
         return [key for key, number in self.lookups.attributes.items() if number in wanted]
 
     def visibility(self, instance, ob) -> int:

@@ -19,6 +19,8 @@ from .values import Sun, Values, each, grey
 
 RAYS = (("camera", 1), ("diffuse", 2), ("glossy", 4), ("transmission", 8))  # RAY_ bits of kernels/scene_records.h
 
+FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
+
 
 @dataclass
 class World:
@@ -55,6 +57,14 @@ def export_world(scene, notes, lookups: Lookups) -> World:
         values.note(f"its node graph is too large ({error}): rendered magenta")
         return World(np.array(TOO_LARGE), None, hidden)
     return World(np.zeros(3), program, hidden, sun_of(values.suns))
+
+
+def mist_of(world) -> tuple[float, float, float]:
+    """Start, depth and exponent of the falloff of a world's mist."""
+    if world is None:
+        return 0.0, 0.0, 1.0
+    settings = world.mist_settings
+    return settings.start, settings.depth, FALLOFFS[settings.falloff]
 
 
 def world_radiance(values: Values, socket):

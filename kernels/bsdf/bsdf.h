@@ -163,4 +163,27 @@ FN real3 layer_closure(Closure c, int backfacing, GLOBAL const float *tables, re
   return layer;
 }
 
+/* Product of a closure's roughnesses along and across: 0 of mirrors and of what is transparent, 1 of what is no
+ * microfacet closure. */
+FN real roughness_product(Closure c) {
+  switch (c.op) {
+    case OP_TRANSPARENT: return REAL(0.0);
+    case OP_DIFFUSE:
+    case OP_ROUGH_DIFFUSE:
+    case OP_TRANSLUCENT:
+    case OP_DIFFUSE_TOON:
+    case OP_GLOSSY_TOON:
+    case OP_SHEEN:
+    case OP_VELVET: return REAL(1.0);
+    case OP_BECKMANN:
+    case OP_ASHIKHMIN_SHIRLEY: return param(c, 0) * param(c, 1);
+    case OP_ANISO_GLOSSY: return param(c, 0) * param(c, ANISO_GLOSSY_ROUGHNESS_Y);
+    case OP_ANISO_METAL: return param(c, 0) * param(c, ANISO_METAL_ROUGHNESS_Y);
+    case OP_ANISO_SPECULAR: return param(c, 0) * param(c, ANISO_SPECULAR_ROUGHNESS_Y);
+    case OP_ANISO_CONDUCTOR: return param(c, 0) * param(c, ANISO_CONDUCTOR_ROUGHNESS_Y);
+    case OP_FILM_SPECULAR: return param(c, FILM_SPECULAR_ROUGHNESS_X) * param(c, FILM_SPECULAR_ROUGHNESS_Y);
+    default: return param(c, 0) * param(c, 0);
+  }
+}
+
 #endif

@@ -162,7 +162,7 @@ def test_unwritable_outputs_are_found_before_rendering(scene, tmp_path, engine, 
 
 
 @pytest.mark.parametrize("arguments", [("--samples", "0"), ("--time", "-1"), ("--size", "12"), ("--precision", "best"),
-                                       ("--passes", "mist"), ("--frame", "3"), ("--seed", "-1")])
+                                       ("--passes", "haze"), ("--frame", "3"), ("--seed", "-1")])
 def test_wrong_usage_has_status_2(scene, tmp_path, arguments):
     assert run("render", scene, "-o", tmp_path / "a.exr", *arguments).exit_code == 2
     assert not (tmp_path / "a.exr").exists()

@@ -62,5 +62,5 @@ def test_missing_parts_are_named():
         make_passes(exposed(2, planes=COMBINED_PLANES), ["albedo"])
     with pytest.raises(FilmError, match="begins at sample 64"):
         make_passes(exposed(2, first=64), ["depth"])
-    with pytest.raises(ValueError, match="no pass 'mist'; there are combined, depth"):
-        check_passes(["combined", "mist"])
+    with pytest.raises(ValueError, match="no pass 'haze'; there are combined, depth"):
+        check_passes(["combined", "haze"])

@@ -159,8 +159,8 @@ def test_what_does_not_fit_is_refused():
         Session(tiny_scene(), settings(region=(0, 0, 13, 10)))
     with pytest.raises(FilmError, match="the render needs"):
         Session(tiny_scene(), settings(), NoiseDevice(), Film((0, 0, 12, 10), COMBINED_PLANES))
-    with pytest.raises(ValueError, match="no pass 'mist'"):
-        Session(tiny_scene(), replace(settings(), passes=("mist",)))
+    with pytest.raises(ValueError, match="no pass 'haze'"):
+        Session(tiny_scene(), replace(settings(), passes=("haze",)))
 
 
 def test_strict_says_why_not():

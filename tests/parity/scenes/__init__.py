@@ -6,6 +6,7 @@ from isophote.scene import Scene
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
 from tests.parity.scenes.pictures import pictures
+from tests.parity.scenes.shown import shown
 from tests.parity.scenes.skies import under_skies
 from tests.scenes import (
     CAMERA,
@@ -181,7 +182,8 @@ def rare_closures() -> Scene:
 
 
 SCENES = {scene.__name__: scene for scene in (
-    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs, pictures, under_skies)}
+    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs, pictures, shown,
+    under_skies)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -192,6 +194,7 @@ SETTINGS = {
     "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
     "inputs": dict(max_bounces=6),
+    "shown": dict(film_transparent=True),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
     "under_skies": dict(max_bounces=4),
 }

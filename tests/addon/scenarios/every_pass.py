@@ -64,6 +64,14 @@ for kind in ("diffuse", "glossy", "transmission"):
     for of in ("direct", "indirect", "color"):
         setattr(layer, f"use_pass_{kind}_{of}", True)
 layer.use_pass_emit = layer.use_pass_environment = True
+layer.use_pass_uv = layer.use_pass_mist = layer.use_pass_object_index = layer.use_pass_material_index = True
+layer.cycles.denoising_store_passes = True
+for number, thing in enumerate(bpy.data.objects):
+    thing.pass_index = number + 2
+for number, made in enumerate(bpy.data.materials):
+    made.pass_index = 3 * number + 1
+mist = scene.world.mist_settings
+mist.start, mist.depth, mist.falloff = 9.0, 12.0, "QUADRATIC"
 cycles, own = scene.cycles, scene.isophote
 cycles.device, cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = "CPU", SAMPLES, False, False
 cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0

@@ -1,0 +1,29 @@
+"""What passes show beside light: UV maps, pass indices, mist, mirrors before what guides a denoiser."""
+
+import numpy as np
+
+from isophote.scene import Scene
+from tests.scenes import POINT, Builder, ball, diffuse, place, program, quad
+
+CORNER = 4  # DOMAIN_ number
+MIRROR = program(("glossy", (0.9, 0.8, 0.7), dict(roughness=0.0, multiscatter=0)))
+VEIL = program(("transparent", 0.3), ("diffuse", (0.5, 0.2, 0.1)))
+
+
+def shown() -> Scene:
+    """A floor with a UV map under a veil, a mirror, a rough ball, and a sphere that has neither mesh nor UV."""
+    b = Builder((20, 16))
+    b.world = (0.3, 0.4, 0.5)
+    b.look((0, -6, 2.5), (0, 0, 0.6), 0.45)
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]])
+    floor, uv = quad((0, 0, 0), (5, 0, 0), (0, 5, 0)), [(CORNER, corners)]
+    b.instance(b.mesh(floor, attributes=uv), b.material(diffuse((0.7, 0.6, 0.5))))
+    b.instance(b.mesh(quad((-1, 0, 0.8), (0.8, 0, 0), (0, 0.2, 0.8)), attributes=uv), b.material(VEIL))
+    mesh, material = b.mesh(ball((0, 0, 0), 0.7), attributes=[(0, np.zeros((0, 1)))]), b.material(MIRROR)
+    b.instance(mesh, material, matrix=place((1.5, 0, 0.7)))
+    b.instance(mesh, material, matrix=place((-1.5, 1, 0.7), (-1, 1, 1)))
+    rough = program(("glossy", 0.8, dict(roughness=0.5, multiscatter=1)), ("diffuse", 0.1))
+    b.sphere((0, 0.5, 0.7), 0.7, b.material(rough))
+    b.lamp(POINT, 300.0, place((2, -3, 5)), size=(0.5, 0))
+    return b.make(mist=(4.0, 5.0, 0.5), uv_attribute=[0], instance_index=[1, 2, 3, 40000], sphere_index=[7],
+                  material_index=[0, 5, 0, 9])
