@@ -57,7 +57,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     arrays |= {"origin": origin, "world_radiance": world.radiance, "world_hidden": world.hidden}
     if world.program:
         arrays["world_material"] = [gatherer.add_program(world.program, scene.world.name)]
-    arrays |= meshes.join() | join_lights(gatherer.lamps)
+    arrays |= meshes.join() | join_lights(gatherer.lamps, gatherer.add_program)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     if gatherer.lookups.attributes:

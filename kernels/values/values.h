@@ -54,10 +54,12 @@
 #endif
 #if VALUES_USED_6
 #include "image.h"
+#include "photometry.h"
 #include "space.h"
 #include "table.h"
 #else
 #define VALUES_IMAGE(X)
+#define VALUES_PHOTOMETRY(X)
 #define VALUES_SPACE(X)
 #define VALUES_TABLE(X)
 #endif
@@ -79,6 +81,7 @@
   VALUES_PATTERN(X) \
   VALUES_VORONOI(X) \
   VALUES_IMAGE(X) \
+  VALUES_PHOTOMETRY(X) \
   VALUES_SPACE(X) \
   VALUES_TABLE(X) \
   VALUES_GEOMETRY(X) \
