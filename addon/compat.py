@@ -207,6 +207,15 @@ def absolute_path(image) -> str:
     return bpy.path.abspath(image.filepath_raw, library=image.library).replace("\\", "/")
 
 
+def ies_text(node) -> str:
+    """The text of an IES Texture node's file, or of its text within Blender. Raises OSError."""
+    if node.mode == "INTERNAL":
+        return node.ies.as_string() if node.ies else ""
+    path = bpy.path.abspath(node.filepath, library=node.id_data.library)
+    with open(path, encoding="latin-1") as file:
+        return file.read()
+
+
 def scene_linear_converter(space: str):
     """A function that brings float32 (h, w, 3) from a colour space of Blender's configuration to scene-linear colours;
     None where this Blender has no module for it (Debian's 3.4)."""

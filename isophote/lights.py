@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from isophote.emission import mean_radiance
+from isophote.emission import lamp_luminance, mean_radiance
 from isophote.records import make_records, numbers
 from isophote.scene import Scene
 
@@ -30,12 +30,14 @@ def light_records(scene: Scene) -> np.ndarray:
     blend_scale = 1 / np.maximum((1 - cos_cone) * blend, SHARPEST)
     tangent, spread_scale = spreads(scene)
     axes, lengths = unit_axes(scene)
+    material = scene.light_material.astype(np.int64)
     uneven = (lengths > 0).all(axis=1) & (np.ptp(lengths, axis=1) > EVEN * lengths.max(axis=1))
     stretched = (kind == n["LIGHT_SPOT"]) & uneven
     stretch = np.where(stretched[:, None], lengths[:, 2:] / np.where(uneven[:, None], lengths[:, :2], 1.0), 1.0)
     return make_records(
-        "Light", len(kind), kind=kind, flags=scene.light_flags | stretched * n["LIGHT_STRETCHED"],
-        visibility=scene.light_visibility, instance=n["NONE"], primitive=n["NONE"],
+        "Light", len(kind), kind=kind, visibility=scene.light_visibility,
+        flags=scene.light_flags | stretched * n["LIGHT_STRETCHED"] | (material > 0) * n["LIGHT_COMPUTED"],
+        instance=n["NONE"], primitive=np.where(material > 0, material - 1, n["NONE"]),
         radiance=strength * radiance_factors(scene)[:, None],
         position=scene.light_to_world[:, :, 3], u=axes[:, :, 0] * stretch[:, :1], v=axes[:, :, 1] * stretch[:, 1:],
         normal=-axes[:, :, 2], size_u=half,
@@ -96,6 +98,23 @@ def radiance_factors(scene: Scene) -> np.ndarray:
     disk = np.pi * np.sin(size[:, 0] / 2) ** 2
     sun = np.where(size[:, 0] > 0, 1 / np.where(disk > 0, disk, 1), 1.0)
     return np.where(kind == n["LIGHT_SUN"], sun, np.where(kind <= n["LIGHT_SPOT"], point, diffuse))
+
+
+def has_program(lamps: np.ndarray) -> np.ndarray:
+    """Mask of records of lamps whose radiance is multiplied with what a material emits."""
+    n = numbers()
+    return (lamps["flags"] & n["LIGHT_COMPUTED"] != 0) & (lamps["kind"] < n["LIGHT_TRIANGLE"])
+
+
+def estimates(lights: np.ndarray, lamps: int, buffers: dict[str, np.ndarray], viewer: np.ndarray) -> np.ndarray:
+    """What the programs of lamps, the first records of lights, multiply their luminance with, f8 [N]; 1 for others.
+
+    It is asked for from where `viewer` (f8 [3]) is far from the lamp, for some programs depend on that.
+    """
+    made, own = np.ones(len(lights)), np.flatnonzero(has_program(lights[:lamps]))
+    if len(own):
+        made[own] = lamp_luminance(buffers | {"lights": lights}, own, lights[own], viewer)
+    return made
 
 
 def slots_of(scene: Scene, mesh: int) -> np.ndarray:

@@ -96,6 +96,8 @@ FIELDS: dict[str, Field] = {
     "light_spread": Field("f8", ("L",), "full angle in radians within which an area lamp shines; 0: no limit",
                           zeros=True),
     "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK; LIGHT_BOUNCES (scene_records.h)"),
+    "light_material": Field("u4", ("L",), "one more than the number of the material whose emission multiplies its "
+                                          "strength; 0: none", zeros=True),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
     "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),

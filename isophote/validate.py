@@ -213,6 +213,7 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
     inside("worlds", "world_material", len(a["material_first"]) - 1, "material")
+    inside("lights", "light_material", len(a["material_first"]), "material")
     if problems:
         return problems
     counts = np.diff(a["mesh_triangles"].astype(np.int64))

@@ -174,7 +174,7 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   LightSample r;
   real3 center = load3(l.position), axis = load3(l.normal);
   real3 radiance = load3(l.radiance);
-  if (features & FEATURE_SHINES) radiance = select3((l.flags & LIGHT_COMPUTED) != 0u, splat3(REAL(1.0)), radiance);
+  if (features & FEATURE_SHINES) radiance = select3(((l.flags & LIGHT_COMPUTED) != 0u) & (l.kind >= LIGHT_TRIANGLE), splat3(REAL(1.0)), radiance);
   int lamps = (features & FEATURE_LAMPS) != 0u;
   int is_sun = lamps & (l.kind == LIGHT_SUN);
   int is_ball = lamps & ((l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT));
@@ -261,9 +261,14 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   return r;
 }
 
-/* A shadow ray that goes to the world skips this primitive of no instance. */
+/* A shadow ray that goes to the world skips this primitive of no instance, one that goes to a computed lamp this plus
+ * the lamp's number. */
 #define TO_WORLD 0u
+#define TO_LAMP 1u
 FN int is_to_world(Ray ray) { return (ray.skip_instance == NONE) & (ray.skip_primitive == TO_WORLD); }
+FN int is_to_lamp(Ray ray) {
+  return (ray.skip_instance == NONE) & (ray.skip_primitive != TO_WORLD) & (ray.skip_primitive != NONE);
+}
 
 /* Draws a point of the light at which a walk has arrived. The steps have stretched the number that they used:
  * `fine`, of its own, fills the digits that this has emptied. `bounces`: of a path that would run into it from here. */
@@ -280,6 +285,10 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
     r.can_be_hit = is_world | r.can_be_hit;
     r.primitive = is_world ? TO_WORLD : r.primitive;
   }
+  if (features & FEATURE_LAMP_PROGRAMS) {
+    int computed = ((s.lights[light].flags & LIGHT_COMPUTED) != 0u) & (s.lights[light].kind < LIGHT_TRIANGLE);
+    r.primitive = computed ? TO_LAMP + light : r.primitive;
+  }
   r.pdf = r.pdf * walk.chance;
   if (features & FEATURE_LIGHT_LIMITS) r.pdf = is_beyond(s.lights[light], bounces) ? REAL(0.0) : r.pdf;
   return r;
@@ -287,6 +296,7 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
 
 typedef struct {
   int hit;
+  real t; /* where the ray meets it, if it does */
   real3 radiance;
   real pdf; /* with which sample_light would have drawn the direction from the ray's origin */
 } LightHit;
@@ -305,6 +315,7 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed, uint bounces, uin
   real3 to = center - ray.origin;
   if (is_sun) {
     real3 off = ray.direction + axis; /* |off|^2 = 2 (1 - cos), exact for small angles */
+    r.t = FAR_AWAY;
     r.hit = wanted & missed & (REAL(0.5) * dot3(off, off) <= size_v);
     r.pdf = REAL(1.0) / (TWO_PI * size_v);
   } else if (is_ball) {
@@ -315,23 +326,41 @@ FN LightHit hit_lamp(Light l, Ray ray, real t_max, int missed, uint bounces, uin
     real disk_t = d2 / (along != REAL(0.0) ? along : REAL(1.0));
     real3 off = ray.direction * disk_t - to;
     int in_disk = (along > REAL(0.0)) & (dot3(off, off) <= size_u * size_u);
-    real t = is_disk ? disk_t : h.t_near;
+    r.t = is_disk ? disk_t : h.t_near;
     int in_sphere = h.hit & (d2 > size_u * size_u);
-    r.hit = wanted & (is_disk ? in_disk : in_sphere) & (t > ray.t_min) & (t < t_max);
+    r.hit = wanted & (is_disk ? in_disk : in_sphere) & (r.t > ray.t_min) & (r.t < t_max);
     r.radiance = r.radiance * spot_falloff(l, ray.direction, features);
     real solid = is_disk ? PI * size_u * size_u * sqrt(d2) / (disk_t * disk_t * disk_t) : TWO_PI * cone_of_sphere(size_u, d2);
     r.pdf = REAL(1.0) / solid;
   } else {
-    real t = -dot3(to, axis) / (cos_axis != REAL(0.0) ? cos_axis : REAL(1.0));
-    real3 on_plane = ray.direction * t - to;
+    r.t = -dot3(to, axis) / (cos_axis != REAL(0.0) ? cos_axis : REAL(1.0));
+    real3 on_plane = ray.direction * r.t - to;
     real a = dot3(on_plane, load3(l.u)), b = dot3(on_plane, load3(l.v));
     int in_rectangle = (fabs(a) <= size_u) & (fabs(b) <= size_v);
     int in_shape = l.kind == LIGHT_ELLIPSE ? is_in_ellipse(l, on_plane) : in_rectangle;
     FlatPart lit = lit_part(l, ray.origin, features);
     r.radiance = r.radiance * spread_falloff(l, ray.direction, features);
-    r.hit = wanted & in_shape & (cos_axis > REAL(0.0)) & (t > ray.t_min) & (t < t_max);
-    r.pdf = flat_light_pdf(max_real(lit.area, REAL(1e-30)), make_spherical_polygon(l, lit, ray.origin, FEATURE_LAMPS), t, cos_axis);
+    r.hit = wanted & in_shape & (cos_axis > REAL(0.0)) & (r.t > ray.t_min) & (r.t < t_max);
+    SphericalPolygon polygon = make_spherical_polygon(l, lit, ray.origin, FEATURE_LAMPS);
+    r.pdf = flat_light_pdf(max_real(lit.area, REAL(1e-30)), polygon, r.t, cos_axis);
   }
+  return r;
+}
+
+/* Where a ray meets a lamp at distance t, for the lamp's program: as Cycles has it (kernel/light/point.h, spot.h, area.h,
+ * distant.h). Of a sun the place, too, is the direction in which it shines. */
+FN Surface make_lamp_surface(Light l, Ray ray, real t) {
+  Surface r;
+  int is_ball = (l.kind <= LIGHT_SPOT) & !(l.flags & LIGHT_DISK) & (l.size_u > 0.0f);
+  int is_flat = (l.kind == LIGHT_RECTANGLE) | (l.kind == LIGHT_ELLIPSE);
+  real3 back = zero3() - ray.direction, p = ray.origin + ray.direction * t;
+  real3 outward = normalize3(is_ball ? p - load3(l.position) : back);
+  r.p = l.kind == LIGHT_SUN ? back : p;
+  r.ng = is_flat ? load3(l.normal) : is_ball ? outward : back;
+  r.ns = r.ng;
+  r.offset = REAL(0.0);
+  r.backfacing = 0;
+  r.material = l.primitive;
   return r;
 }
 

@@ -34,6 +34,7 @@
 #define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 #define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
+#define FEATURE_LAMP_PROGRAMS 4194304u /* a lamp whose radiance a material's emission is multiplied with */
 #define FEATURE_LIGHT_LIMITS 2097152u /* a light that some kinds of rays, or paths of many bounces, do not see */
 #define FEATURE_LAMP_SHAPES 1048576u /* an area lamp with a spread, or a stretched spot */
 #define FEATURE_PANORAMA 16777216u /* a camera that is neither perspective nor orthographic */
@@ -238,12 +239,14 @@ typedef struct {
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
 #define LIGHT_STRETCHED 16u /* spots: u and v have lengths by which the cone is not round */
 #define LIGHT_BOUNCES(flags) ((flags) >> 8) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
-#define LIGHT_COMPUTED 8u /* radiance is an estimate; what counts is computed where the light is drawn (shine.h) */
+/* What counts is computed where the light is drawn (shine.h). Of triangles and the world radiance is an estimate; that of
+ * lamps is to be multiplied with what their material emits. */
+#define LIGHT_COMPUTED 8u
 typedef struct {
   int kind;
   uint flags;
   uint visibility;       /* kinds of rays that see it */
-  uint instance, primitive; /* LIGHT_TRIANGLE: what a shadow ray must not be stopped by */
+  uint instance, primitive; /* LIGHT_TRIANGLE: what a shadow ray must not be stopped by; of a computed lamp, its material */
   packed3 radiance;      /* W/(m^2 sr); radiant intensity W/sr of points; irradiance W/m^2 of sharp suns */
   packed3 position;      /* LIGHT_TRIANGLE: v0 */
   packed3 u, v;          /* unit axes; LIGHT_TRIANGLE: the edges v1-v0, v2-v0, unnormalised */

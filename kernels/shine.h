@@ -1,4 +1,4 @@
-/* Lights whose radiance a program computes: of the world, and of triangles with textures. It is computed for a
+/* Lights whose radiance a program computes: of the world, of lamps, and of triangles with textures. It is computed for a
  * connection once it is known that it would bring something. */
 #ifndef ISOPHOTE_SHINE_H
 #define ISOPHOTE_SHINE_H
@@ -25,7 +25,11 @@ FN Connection shine(Scene s, Params params, Connection c, uint features, real *r
   Ray ray = c.ray;
   ray.kind = 0u; /* to the program no ray has come: as in Cycles, which tells it PATH_RAY_EMISSION alone */
   int is_world = is_to_world(ray);
-  if (is_world || ray.skip_instance != NONE) {
+  if ((features & FEATURE_LAMP_PROGRAMS) && is_to_lamp(ray)) {
+    Light l = s.lights[ray.skip_primitive - TO_LAMP];
+    real t = hit_lamp(l, ray, FAR_AWAY, 1, 0u, features).t;
+    c.brought.light = c.brought.light * lamp_emission(s, l, ray, t, c.bounces + 1u, c.passed, r);
+  } else if (is_world || ray.skip_instance != NONE) {
     Surface at;
     Hit h;
     if (is_world) {

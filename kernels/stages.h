@@ -72,13 +72,30 @@ FN Receiver path_receiver(Path p) {
   return make_receiver(make_real3(p.ox, p.oy, p.oz), p.status >> PATH_RECEIVER_SHIFT);
 }
 
+/* Transparent surfaces that the path has passed. */
+FN int path_passed(Path p) { return int_of((p.status >> 8) & 255u); }
+
 FN LightHit find_lamp(Light l, Path p, Hit h, uint features) {
   return hit_lamp(l, path_ray(p), h.t, h.instance == NONE, p.bounces & 255u, features);
 }
 
+/* What a computed lamp's material emits towards who sees it along a ray, at distance t. To the program no ray has come:
+ * as in Cycles, which tells it PATH_RAY_EMISSION alone. */
+FN real3 lamp_emission(Scene s, Light l, Ray ray, real t, uint bounces, uint passed, real *r) {
+  ray.kind = 0u;
+  Surface at = make_lamp_surface(l, ray, t);
+  Material m = s.materials[at.material];
+  compute_values(s, m, m.steps, at, ray, background_hit(t), bounces, passed, r);
+  return material_emission(m, r);
+}
+
 /* Light that reaches the path's ray from lamp l, which find_lamp has found. */
-FN Brought see_lamp(Scene s, Params params, Light l, Path p, LightHit seen) {
+FN Brought see_lamp(Scene s, Params params, Light l, Path p, LightHit seen, real *r) {
   real weight = REAL(1.0);
+  if ((SCENE_FEATURES & FEATURE_LAMP_PROGRAMS) && (l.flags & LIGHT_COMPUTED)) {
+    uint bounces = p.bounces ? p.bounces : 1u; /* what a drawn lamp is told, one more than its receiver, is never 0 */
+    seen.radiance = seen.radiance * lamp_emission(s, l, path_ray(p), seen.t, bounces, uint_of(path_passed(p)), r);
+  }
   if (p.pdf > REAL(0.0)) weight = mis_weight(p.pdf, seen.pdf * light_chance(s, l, path_receiver(p)));
   return clamp_light(params, path_throughput(p) * seen.radiance * weight, path_bounce(p) - 1);
 }
@@ -126,8 +143,6 @@ FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h, const
   return clamp_light(params, path_throughput(p) * material_emission(m, r) * weight, path_bounce(p) - 1);
 }
 
-/* Transparent surfaces that the path has passed. */
-FN int path_passed(Path p) { return int_of((p.status >> 8) & 255u); }
 /* Random numbers are counted by vertex, so that transparent surfaces draw fresh ones. */
 FN int path_vertex(Path p) { return path_bounce(p) + path_passed(p); }
 

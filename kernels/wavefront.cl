@@ -230,16 +230,16 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   r.path = p;
   r.alive = 0;
   r.connected = 0;
+  real registers[REGISTERS];
   if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
     for (uint l = 0u; l < s.world[0].lamp_count; l++) {
       if (!(s.lights[l].size_u > 0.0f)) continue;
       LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
       if (seen.hit)
-        add_result(results, columns, stride, p.slot, params, see_lamp(s, params, s.lights[l], p, seen),
+        add_result(results, columns, stride, p.slot, params, see_lamp(s, params, s.lights[l], p, seen, registers),
                    seen_from(p, GROUP_emission));
     }
   }
-  real registers[REGISTERS];
   Surface at;
   int missed = h.instance == NONE;
   if (missed) {

@@ -298,6 +298,18 @@ void emission_of(const std::vector<Bytes> &buffers, nb::ndarray<const uint32_t, 
   evaluate_emission(scene.data(), ids.data(), places.data(), directions.data(), long(n), threads, radiance.data());
 }
 
+void lamp_emission_of(const std::vector<Bytes> &buffers, nb::ndarray<const uint32_t, nb::shape<-1>, nb::c_contig, nb::device::cpu> lamps,
+                      nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> origins,
+                      nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> directions, int threads,
+                      nb::ndarray<float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> emission) {
+  size_t n = lamps.shape(0);
+  if (origins.shape(0) != n || directions.shape(0) != n || emission.shape(0) != n)
+    throw std::invalid_argument("evaluate_lamps: arrays of different lengths");
+  std::vector<const void *> scene = pointers(buffers);
+  nb::gil_scoped_release release;
+  evaluate_lamps(scene.data(), lamps.data(), origins.data(), directions.data(), long(n), threads, emission.data());
+}
+
 void triangles_of(const MeshArrays &meshes, Uints order, Bytes last, int threads, MutableBytes to) {
   LeafTriangles leaves = meshes.leaves(order, last);
   if (to.shape(0) != leaves.count * sizeof(Triangle)) throw std::invalid_argument("make_triangles: a record for each");
@@ -413,6 +425,8 @@ NB_MODULE(_native, m) {
         nb::arg("threads"), nb::arg("boxes"));
   m.def("evaluate_emission", &emission_of, nb::arg("buffers"), nb::arg("ids"), nb::arg("places"), nb::arg("directions"),
         nb::arg("threads"), nb::arg("radiance"));
+  m.def("evaluate_lamps", &lamp_emission_of, nb::arg("buffers"), nb::arg("lamps"), nb::arg("origins"), nb::arg("directions"),
+        nb::arg("threads"), nb::arg("emission"));
   m.def("fold_value", &fold, nb::arg("op"), nb::arg("inputs"), nb::arg("repeat"), nb::arg("number"), nb::arg("outputs"));
   m.def("scatter_sky", &sky_of, nb::arg("often"), nb::arg("atmosphere"), nb::arg("latitudes"), nb::arg("longitudes"),
         nb::arg("threads"), nb::arg("xyz"));

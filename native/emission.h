@@ -9,4 +9,8 @@ namespace isophote {
 void evaluate_emission(const void *const *scene, const unsigned *ids, const float *places, const float *directions, long n,
                        int threads, float *radiance);
 
+/* n rays towards lamps, by their numbers; what their materials emit to whoever looks along these. */
+void evaluate_lamps(const void *const *scene, const unsigned *lamps, const float *origins, const float *directions, long n,
+                    int threads, float *emission);
+
 }  // namespace isophote

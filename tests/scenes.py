@@ -156,9 +156,11 @@ class Builder:
         self.spheres.append((center, radius, material, visibility))
 
     def lamp(self, kind: int, strength, matrix=None, size=(0, 0), spot=(np.pi / 3, 0.5), flags=0, visibility=ALL,
-             spread=0.0):
+             spread=0.0, material=None):
+        """`material`: the number of one whose emission its light is multiplied with."""
         self.lamps.append((kind, place() if matrix is None else matrix, np.broadcast_to(strength, 3),
-                           np.broadcast_to(size, 2), spot, flags, spread, visibility))
+                           np.broadcast_to(size, 2), spot, flags, spread,
+                           0 if material is None else material + 1, visibility))
 
     def attribute_arrays(self) -> dict:
         rows, values, length = [], [np.zeros(0, np.float32)], 0
@@ -198,7 +200,7 @@ class Builder:
             names = ("sphere_center", "sphere_radius", "sphere_material", "sphere_visibility")
             arrays |= dict(zip(names, zip(*self.spheres, strict=True), strict=True))
         if self.lamps:
-            names = ("kind", "to_world", "strength", "size", "spot", "flags", "spread", "visibility")
+            names = ("kind", "to_world", "strength", "size", "spot", "flags", "spread", "material", "visibility")
             columns = zip(*self.lamps, strict=True)
             arrays |= {f"light_{name}": np.stack(column) for name, column in zip(names, columns, strict=True)}
         scene = make_scene(**{name: np.asarray(value) for name, value in arrays.items()})

@@ -58,7 +58,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     if world.program:
         arrays["world_material"] = [gatherer.add_program(world.program, scene.world.name)]
         arrays["world_sun"] = world.sun
-    arrays |= meshes.join() | join_lights(gatherer.lamps)
+    arrays |= meshes.join() | join_lights(gatherer.lamps, gatherer.add_program)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     arrays |= {"material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),

@@ -12,7 +12,7 @@ import numpy as np
 from isophote.material_program import MaterialProgram
 
 from .changes import Meshes
-from .instance_values import instance_values, property_value
+from .instance_values import KINDS, instance_values, property_value
 from .light import Lamp, export_light
 from .lookups import Lookups
 from .material import material_program
@@ -92,7 +92,10 @@ class Gatherer:
 
     def add_lamp(self, number: int, instance, ob) -> None:
         visibility = self.visibility(instance, ob)
-        lamp = export_light(ob, self.matrices[number], self.origin, visibility, self.notes)
+        def known(kind, name):
+            return KINDS[kind](instance, name, self.depsgraph)
+
+        lamp = export_light(ob, self.matrices[number], self.origin, visibility, self.notes, self.lookups, known)
         if lamp is not None:
             self.lamps.append(lamp)
 

@@ -12,11 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from isophote.material_program import MaterialProgram, make_material
+from isophote.values import ProgramTooLarge, varies
+
 from .. import compat
+from .closures import Closure, arrange
+from .lamp_space import ELLIPSE, POINT, RECTANGLE, SPOT, SUN, LampSpace
+from .lookups import Lookups
+from .material import TOO_LARGE, emitted_radiance
 from .nodes import find_input, source_of
 from .values import Values
 
-POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
 NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
 NARROWEST_SPREAD = 1e-3  # radians: 0 stands for a parallel beam in Blender, and for no limit in a scene
 UNLIMITED, BOUNCES_SHIFT = 1024, 8  # Blender's highest limit of bounces; LIGHT_BOUNCES of kernels/scene_records.h
@@ -24,7 +30,7 @@ UNLIMITED, BOUNCES_SHIFT = 1024, 8  # Blender's highest limit of bounces; LIGHT_
 
 @dataclass
 class Lamp:
-    """One light of the scene; fields as in isophote/scene.py."""
+    """One light of the scene; fields as in isophote/scene.py. `program`: what its nodes emit, where that varies."""
 
     name: str
     kind: int
@@ -35,12 +41,14 @@ class Lamp:
     spread: float
     flags: int
     visibility: int
+    program: MaterialProgram | None
 
 
-def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, notes) -> Lamp | None:
-    """A lamp object at `matrix` (f8 [4, 4], world) as a Lamp; None where it gives no light."""
+def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, notes, lookups: Lookups,
+                 known) -> Lamp | None:
+    """A lamp object at `matrix` (f8 [4, 4], world) as a Lamp; None where it gives no light. `known` as in LampSpace."""
     light = ob.data
-    values = Values("light", ob.name, notes)
+    values = Values("light", ob.name, notes, lookups)
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     kind, size, spot = SHAPES[light.type](light, lengths)
     cycles = getattr(light, "cycles", None)
@@ -48,7 +56,9 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
         values.note("portals are not supported: left out")
         return None
     strength = np.array(light.color[:3], dtype=np.float64) * compat.light_energy(light)
-    strength *= compat.light_factor(light) * node_factor(light, values)
+    values.lamp = LampSpace(kind, matrix, size, spot[0], known)
+    factor, program = node_factor(light, values)
+    strength *= compat.light_factor(light) * factor
     if not getattr(light, "normalize", True):
         strength *= size_factor(kind, size)
     to_world = np.zeros((3, 4))
@@ -62,7 +72,7 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     if not np.any(strength):
         return None
     spread = max(light.spread, NARROWEST_SPREAD) if light.type == "AREA" else 0.0
-    return Lamp(ob.name, kind, to_world, strength, size, spot, spread, flags, visibility)
+    return Lamp(ob.name, kind, to_world, strength, size, spot, spread, flags, visibility, program)
 
 
 def point_shape(light, lengths):
@@ -97,24 +107,27 @@ def size_factor(kind: int, size) -> float:
     return area if area > 0.0 else 1.0
 
 
-def node_factor(light, values: Values) -> np.ndarray:
-    """Colour times strength of the Emission node that feeds a lamp's output, f8 [3]; 1 without nodes."""
+def node_factor(light, values: Values) -> tuple[np.ndarray, MaterialProgram | None]:
+    """What a lamp's nodes emit, f8 [3], 1 without nodes; or 1 and a program, where that varies."""
     if not compat.uses_nodes(light):
-        return np.ones(3)
+        return np.ones(3), None
     output = light.node_tree.get_output_node("CYCLES")
-    source = source_of(find_input(output, "Surface")) if output else None
-    if source is None or source.node is None:
+    surface = find_input(output, "Surface") if output else None
+    if surface is None or source_of(surface).node is None:
         values.note("its nodes have no shader at the output: gives no light")
-        return np.zeros(3)
-    if source.node.bl_idname != "ShaderNodeEmission":
-        values.note(f"{source.node.name} ({source.node.bl_idname}): not supported in a lamp, taken as 1")
-        return np.ones(3)
-    color = values.color(source.node, source.stack, "Color").astype(np.float64)
-    return color * values.number(source.node, source.stack, "Strength")
+        return np.zeros(3), None
+    radiance = emitted_radiance(values, surface)
+    if not varies(radiance):
+        return radiance.astype(np.float64), None
+    try:
+        return np.ones(3), make_material(arrange([Closure("emission", radiance)]))
+    except ProgramTooLarge as error:
+        values.note(f"its node graph is too large ({error}): shines magenta")
+        return np.array(TOO_LARGE), None
 
 
-def join_lights(lamps: list[Lamp]) -> dict[str, np.ndarray]:
-    """The scene's light arrays."""
+def join_lights(lamps: list[Lamp], add_program) -> dict[str, np.ndarray]:
+    """The scene's light arrays; `add_program(program, name)` gives a material's number."""
     if not lamps:
         return {}
     return {
@@ -126,4 +139,6 @@ def join_lights(lamps: list[Lamp]) -> dict[str, np.ndarray]:
         "light_spread": np.array([lamp.spread for lamp in lamps], np.float64),
         "light_flags": np.array([lamp.flags for lamp in lamps], np.uint32),
         "light_visibility": np.array([lamp.visibility for lamp in lamps], np.uint32),
+        "light_material": np.array([lamp.program and add_program(lamp.program, lamp.name) + 1 or 0 for lamp in lamps],
+                                   np.uint32),
     }

@@ -29,7 +29,7 @@ from .lookups import Lookups
 from .nodes import find_input, source_of
 from .principled import principled
 from .value_nodes.normals import displaced_normal
-from .values import Values, as_triple, not_negative, saturate
+from .values import Values, as_triple, each, grey, not_negative, saturate
 
 DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
 
@@ -82,6 +82,17 @@ def closures_of(values: Values, socket, stack, weight: Number) -> list[Closure]:
         return []
     closures = shader(values, source.node, source.stack, weight)
     return framed(closures, values, source.node, source.stack)
+
+
+def emitted_radiance(values: Values, socket) -> np.ndarray:
+    """Of all that the shaders of a world or a lamp emit, as objects [3]; nothing else of them counts."""
+    total = grey(0.0)
+    for closure in closures_of(values, socket, (), 1.0):
+        if closure.operation == "emission":
+            total = each(lambda a, b: a + b, total, closure.weight)
+        else:
+            values.note(f"a shader that does not emit ({closure.operation}): not seen in a {values.kind}")
+    return total
 
 
 # --- shader nodes ----------------------------------------------------------------------------------

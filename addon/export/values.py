@@ -33,7 +33,8 @@ class Values:
     """The inputs of one material's, light's or world's nodes; notes what it cannot express.
 
     Without `lookups` what differs from point to point is none of it: the socket's own value stands in.
-    `surface_normal` is what nodes and closures without a normal of their own have.
+    `surface_normal` is what nodes and closures without a normal of their own have, `lamp` the space of a lamp
+    (lamp_space.LampSpace) whose nodes these are.
     """
 
     material_index = 0
@@ -42,6 +43,7 @@ class Values:
         self.kind, self.name, self.notes, self.lookups = kind, name, notes, lookups
         self.surface_normal = source("shading_normal")
         self.suns: list[Sun] = []  # met on the way
+        self.lamp = None
         self._made: dict[tuple, object] = {}
 
     def note(self, what: str) -> None:

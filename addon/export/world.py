@@ -13,9 +13,9 @@ from isophote.values import ProgramTooLarge, rewritten, varies
 from .. import compat
 from .closures import Closure, arrange
 from .lookups import Lookups
-from .material import TOO_LARGE, closures_of
+from .material import TOO_LARGE, emitted_radiance
 from .nodes import find_input, live_link
-from .values import Sun, Values, each, grey
+from .values import Sun, Values
 
 RAYS = (("camera", 1), ("diffuse", 2), ("glossy", 4), ("transmission", 8))  # RAY_ bits of kernels/scene_records.h
 
@@ -48,7 +48,7 @@ def export_world(scene, notes, lookups: Lookups) -> World:
         return World(np.zeros(3))
     if live_link(output.inputs["Volume"]):
         values.note("volumes are not supported: left out")
-    radiance = world_radiance(values, find_input(output, "Surface"))
+    radiance = emitted_radiance(values, find_input(output, "Surface"))
     if not varies(radiance):
         return World(np.maximum(radiance.astype(np.float64), 0.0), None, hidden)
     try:
@@ -65,17 +65,6 @@ def mist_of(world) -> tuple[float, float, float]:
         return 0.0, 0.0, 1.0
     settings = world.mist_settings
     return settings.start, settings.depth, FALLOFFS[settings.falloff]
-
-
-def world_radiance(values: Values, socket):
-    """Of all that a world's shaders emit, as objects [3]; nothing else of them counts."""
-    total = grey(0.0)
-    for closure in closures_of(values, socket, (), 1.0):
-        if closure.operation == "emission":
-            total = each(lambda a, b: a + b, total, closure.weight)
-        else:
-            values.note(f"a shader that does not emit ({closure.operation}): not seen in a world")
-    return total
 
 
 def sun_of(suns: list[Sun]) -> np.ndarray:

@@ -54,10 +54,12 @@
 #endif
 #if VALUES_USED_6
 #include "image.h"
+#include "photometry.h"
 #include "space.h"
 #include "table.h"
 #else
 #define VALUES_IMAGE(X)
+#define VALUES_PHOTOMETRY(X)
 #define VALUES_SPACE(X)
 #define VALUES_TABLE(X)
 #endif
@@ -85,6 +87,7 @@
   VALUES_VORONOI(X) \
   VALUES_IMAGE(X) \
   VALUES_SKY(X) \
+  VALUES_PHOTOMETRY(X) \
   VALUES_SPACE(X) \
   VALUES_TABLE(X) \
   VALUES_GEOMETRY(X) \

@@ -7,6 +7,7 @@ albedo / pi times the irradiance there.
 import numpy as np
 import pytest
 
+from isophote.values import ARITHMETIC, call1, maximum
 from tests.scenes import (
     CAMERA,
     DIFFUSE,
@@ -325,6 +326,64 @@ def test_lamps_without_light_are_harmless():
     assert not pixels(render(b.make(), 64))[..., :3].any()
     b.world = 1.0
     assert_mean(render(b.make(), 512), 0.5, 0.005)
+
+
+# ------------------------------------------------------------------ programs
+
+KINDS = {"point": (POINT, (0.4, 0)), "disk": (POINT, (0.4, 0), 4), "sharp": (POINT, (0, 0)), "spot": (SPOT, (0.3, 0)),
+         "sun": (SUN, (0.4, 0)), "rectangle": (RECTANGLE, (1.5, 0.7)), "ellipse": (ELLIPSE, (1.5, 0.7))}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("own", [0, 1, NO_MIS], ids=["plain", "no shadow", "no mis"])
+def test_a_program_that_gives_a_constant_changes_no_bit(kind, own):
+    """Seen by the camera, by closures and drawn; 2 is a power of 2."""
+    films = []
+    for factor in (1.0, None):
+        b = Builder((8, 8))
+        b.look((2, -6, 3), (0, 0, 1), 0.5)
+        b.add(quad((2, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(ALBEDO))
+        two = call1("less_than", -1.0, call1("ray_length")) * 2.0
+        material = b.material(emission((two, two, two))) if factor is None else None
+        number, size, *flags = KINDS[kind]
+        flags = (flags[0] if flags else 0) | own
+        b.lamp(number, COLOUR * (factor or 0.5), ABOVE, size, (1.2, 0.5), flags, material=material)
+        films.append(pixels(render(b.make(), 16, max_bounces=2)))
+    assert films[0][..., :3].any()
+    np.testing.assert_array_equal(*films)
+
+
+@pytest.mark.parametrize("flags", [0, NO_MIS], ids=["mis", "no mis"])
+@pytest.mark.parametrize("kind", AREAS, ids=["rectangle", "ellipse"])
+def test_area_lamp_with_a_program(kind, flags):
+    """Brighter towards one side, and as its distance grows."""
+    matrix, size, n = look_at((0.4, -0.3, 1.5), (0.1, 0.2, 0.0)), (1.5, 0.7), 800
+    u, v, z, position = axes_of(matrix)
+    grid = (np.arange(n) + 0.5) / n * 2 - 1
+    a, b = np.meshgrid(grid, grid)
+    inside = (a * a + b * b <= 1) | (kind == RECTANGLE)
+    points = position + (a * size[0] / 2)[..., None] * u + (b * size[1] / 2)[..., None] * v
+    shines = np.maximum(points[..., 0], 0) ** 2 * np.linalg.norm(points, axis=-1)
+    radiance = COLOUR / (np.pi * size[0] * size[1] * AREAS[kind][1])
+    expected = irradiance_of_points(points, inside * shines * size[0] * size[1] / n ** 2, -z)
+    scene = floor()
+    x = maximum(ARITHMETIC.call("position")[0], 0.0)
+    made = x * x * call1("ray_length")
+    scene.lamp(kind, COLOUR, matrix, size, (1, 0), flags, 31 - CAMERA, material=scene.material(emission((made,) * 3)))
+    film = render(scene.make(), 2048, max_bounces=0)
+    assert_mean(film, ALBEDO / np.pi * radiance * expected, 0.005, rounding=2e-4)
+
+
+def test_lamps_are_chosen_by_what_they_send():
+    """Of two lamps the brighter one by its program is drawn more often."""
+    lights = []
+    for factor in (0.01, 100.0):
+        b = floor((POINT, 1.0, ABOVE))
+        made = call1("less_than", -1.0, call1("ray_length")) * factor
+        b.lamp(POINT, 1.0, SIDE, material=b.material(emission((made,) * 3)))
+        lights.append(ready(b.make()).buffers["light_tree"]["intensity"])
+    np.testing.assert_allclose(lights[0][1] / lights[0][0], 0.01, rtol=1e-5)
+    np.testing.assert_allclose(lights[1][1] / lights[1][0], 100.0, rtol=1e-5)
 
 
 # ------------------------------------------------------------------ seen by the camera

@@ -197,6 +197,38 @@ def test_blackbodies_have_their_colours(kernels):
     np.testing.assert_allclose(found[2:] @ [0.2126, 0.7152, 0.0722], 1.0, atol=0.02)
 
 
+def smooth(values, angles, x, before, after):
+    """Catmull-Rom between the angles on both sides of x, float64; `before` and `after` stand beyond the ends."""
+    k = int(np.clip(np.searchsorted(angles, x) - 1, 0, len(angles) - 2))
+    a, b, c, d = [before, *values, after][k:k + 4]
+    t = (x - angles[k]) / (angles[k + 1] - angles[k])
+    basis = np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2
+    return np.array([1, t, t * t, t ** 3]) @ basis @ np.array([a, b, c, d])
+
+
+@pytest.mark.parametrize("round_", [True, False])
+def test_photometry(kernels, round_):
+    rng = np.random.default_rng(7)
+    across = np.float32(np.sort(rng.uniform(0.2, 6.0, 7)))
+    if round_:
+        across = np.float32([0, *across, 2 * np.pi])
+    down = np.float32([0, 0.3, 0.7, 1.3, 2.2, np.pi] if round_ else [0.4, 0.9, 1.3, 2.5])
+    watts = np.float32(rng.uniform(0.5, 3.0, (len(across), len(down))))
+    watts[-1] = watts[0] if round_ else watts[-1]
+    table = np.concatenate([[len(across), len(down)], across, down, watts.ravel()])
+    places = np.float32(rng.uniform((0, 0), (2 * np.pi, np.pi), (2000, 2)))
+    found = kernels.run("photometry", places, tables=table)[:, 0]
+    expected = []
+    for h, v in places.astype(float):
+        rows = [smooth(row, down.astype(float), v, row[1] if round_ else 0, row[-2] if round_ else 0)
+                for row in watts.astype(float)]
+        value = smooth(rows, across.astype(float), h, rows[-2] if round_ else 0, rows[1] if round_ else 0)
+        inside = across[0] <= h < across[-1] and down[0] <= v < down[-1]
+        expected.append(max(value, 0) if inside else 0)
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-5)
+    assert (np.array(expected) > 0).mean() > 0.3
+
+
 def test_tables(kernels):
     entries = np.float32([0.0, 1.0, 4.0, 9.0])
     x = np.float32([-np.inf, -1.0, 0.0, 0.5, 0.9, 1.0, 2.0, np.nan])

@@ -7,7 +7,7 @@ cannot express in part it says by values.note.
 
 from __future__ import annotations
 
-from . import arithmetic, colours, curves, images, inputs, normals, skies, textures, vectors, voronoi
+from . import arithmetic, colours, curves, images, inputs, lamps, normals, skies, textures, vectors, voronoi
 
 NODES = {**inputs.NODES, **arithmetic.NODES, **vectors.NODES, **colours.NODES, **curves.NODES, **images.NODES,
-         **normals.NODES, **skies.NODES, **textures.NODES, **voronoi.NODES}
+         **lamps.NODES, **normals.NODES, **skies.NODES, **textures.NODES, **voronoi.NODES}

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from isophote.records import numbers
-from isophote.values import Number, Value, call1, square_root
+from isophote.values import Number, call1, square_root
 
 from ..values import default_value, grey, mean, outputs, source, triple
 from .normals import default_tangent
@@ -36,6 +36,8 @@ def geometry(values, node, socket, stack):
     if socket.name == "Incoming":
         return source("incoming")
     if socket.name == "Parametric":
+        if values.lamp:
+            return values.lamp.parametric()
         u, v = outputs("barycentric")
         return triple(1.0 - u - v, u, 0.0)
     if socket.name == "Backfacing":
@@ -46,6 +48,8 @@ def geometry(values, node, socket, stack):
 
 def place(values):
     """Where the shaded point is in Blender's world; in a world, the direction in which one looks."""
+    if values.lamp:
+        return values.lamp.place()
     return source("object_point" if values.kind == "world" else "position")
 
 
@@ -54,6 +58,8 @@ def uv_of(values, name: str = "", from_instancer: bool = False):
         return None
     if from_instancer:
         return triple(*instance_columns(values, "uv", 2), 0.0)
+    if values.lamp and not name:
+        return values.lamp.parametric()
     return source("attribute", data=values.lookups.attribute("uv", name))
 
 
@@ -65,6 +71,8 @@ def generated(values, from_instancer: bool = False):
         return place(values)
     if from_instancer:
         return triple(*instance_columns(values, "generated", 3))
+    if values.lamp:
+        return values.lamp.point()
     return source("attribute", data=values.lookups.attribute("generated"))
 
 
@@ -76,9 +84,9 @@ def texture_coordinate(values, node, socket, stack):
     if socket.name == "Generated":
         return generated(values, node.from_instancer)
     if socket.name == "Normal":
-        return source("to_object_normal", *values.surface_normal)
+        return to_object_normal(values, values.surface_normal)
     if socket.name == "Object":
-        return source("object_point") if node.object is None else in_space_of(node.object)
+        return object_point(values) if node.object is None else in_space_of(values, node.object)
     if socket.name == "Camera":
         return source("camera_point")
     if socket.name == "Window":
@@ -86,11 +94,22 @@ def texture_coordinate(values, node, socket, stack):
     return source("mirrored_view") if socket.name == "Reflection" else None
 
 
-def in_space_of(ob):
+def object_point(values):
+    """The point in the space of its object."""
+    return values.lamp.point() if values.lamp else source("object_point")
+
+
+def to_object_normal(values, normal):
+    """A normal, unit, in the space of the shaded object."""
+    return values.lamp.moved("NORMAL", normal, to_world=False) if values.lamp else source("to_object_normal", *normal)
+
+
+def in_space_of(values, ob):
     """The point in the space of another object."""
     matrix = np.array(ob.matrix_world.inverted_safe(), np.float64)
-    place = np.array(ob.matrix_world, np.float64)[:3, 3]
-    relative = source("position") - place  # in this order differences of large numbers are small ones
+    center = np.array(ob.matrix_world, np.float64)[:3, 3]
+    place = values.lamp.place() if values.lamp else source("position")
+    relative = place - center  # in this order differences of large numbers are small ones
     return triple(*(sum(m * x for m, x in zip(row[:3], relative, strict=True)) for row in matrix[:3]))
 
 
@@ -139,13 +158,15 @@ def vertex_color(values, node, socket, stack):
 # ------------------------------------------------------------------ objects
 
 
-def instance_columns(values, kind: str, count: int, name: str = "") -> tuple[Value, ...]:
+def instance_columns(values, kind: str, count: int, name: str = "") -> tuple[Number, ...]:
+    if values.lamp:
+        return tuple(float(part) for part in values.lamp.known(kind, name)[:count])
     return tuple(call1("instance_value", data=values.lookups.instance(kind, name, k)) for k in range(count))
 
 
 def object_info(values, node, socket, stack):
     if socket.name == "Location":
-        return source("object_location")
+        return triple(*values.lamp.matrix[:3, 3]) if values.lamp else source("object_location")
     if socket.name == "Material Index":
         return float(values.material_index)
     if values.lookups is None:

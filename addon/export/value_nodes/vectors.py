@@ -149,9 +149,19 @@ def vector_transform(values, node, socket, stack):
     v, kind = values.vector(node, stack, "Vector"), KINDS[node.vector_type]
     if node.convert_from == node.convert_to:
         return v
+    if values.lamp and "OBJECT" in (node.convert_from, node.convert_to):
+        return through_lamp(values, v, node)
     for name in (TO_WORLD.get(node.convert_from), FROM_WORLD.get(node.convert_to)):
         v = v if name is None else call3(name, *v, data=kind)
     return v
+
+
+def through_lamp(values, v, node):
+    """Between the space of a lamp and another."""
+    if node.convert_from == "CAMERA":
+        v = call3("from_camera", *v, data=KINDS[node.vector_type])
+    v = values.lamp.moved(node.vector_type, v, to_world=node.convert_from == "OBJECT")
+    return call3("to_camera", *v, data=KINDS[node.vector_type]) if node.convert_to == "CAMERA" else v
 
 
 def normal(values, node, socket, stack):

@@ -1,0 +1,155 @@
+/* The loops over a group's lights: what rays see of lamps, drawing lights, connections to them. Included once a
+ * variant. */
+#pragma once
+#include "pass_loops.h"
+
+namespace isophote {
+namespace ISOPHOTE_VARIANT {
+
+/* What few scenes' lights have: one loop for all of it. */
+constexpr uint RARE = FEATURE_LAMP_SHAPES | FEATURE_LIGHT_LIMITS | FEATURE_LAMP_PROGRAMS;
+
+template <uint FEATURES>
+static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
+  Columns columns = b.columns();
+  uint count = b.count;
+  for (uint l = 0; l < s.world[0].lamp_count; l++) {
+    Light lamp = s.lights[l];
+    if (!(lamp.size_u > 0.0f)) continue;
+    FOR_PATHS(i, 0, count) {
+      LightHit seen = find_lamp(lamp, path_at(columns, i), load_hit(b, i), FEATURES);
+      b.fr[i] = seen.radiance.x;
+      b.fg[i] = seen.radiance.y;
+      b.fb[i] = seen.radiance.z;
+      b.light_pdf[i] = seen.pdf;
+      b.distance[i] = seen.t;
+      b.valid[i] = seen.hit;
+    }
+    for (uint i = 0; i < b.count; i++) {
+      if (!b.valid[i]) continue;
+      LightHit seen;
+      seen.hit = 1;
+      seen.radiance = make_real3(b.fr[i], b.fg[i], b.fb[i]);
+      seen.pdf = b.light_pdf[i];
+      seen.t = b.distance[i];
+      Path p = path_at(columns, i);
+      add_light(b, params, i, see_lamp(s, params, lamp, p, seen, b.shadow_registers.data()), seen_from(p, GROUP_emission));
+    }
+  }
+}
+
+FN LightWalk load_walk(const Batch &b, uint i) {
+  LightWalk w;
+  w.at = b.walk_at[i];
+  w.chance = b.walk_chance[i];
+  w.u = b.walk_u[i];
+  return w;
+}
+
+FN void store_walk(Batch &__restrict b, uint i, LightWalk w) {
+  b.walk_at[i] = w.at;
+  b.walk_chance[i] = w.chance;
+  b.walk_u[i] = w.u;
+}
+
+/* All paths of the group go down the light tree together, a step a loop. */
+static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    Path p = path_at(columns, i);
+    real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_LIGHT);
+    store_walk(b, i, start_walk(u.x));
+    b.light_u[i] = u.y;
+  }
+  for (uint depth = 0; depth < s.world[0].light_depth; depth++) {
+    FOR_PATHS(i, g.first, g.end) {
+      Surface at = load_surface(b, i, g.material);
+      Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+      store_walk(b, i, step_walk(s, load_walk(b, i), receiver));
+    }
+  }
+}
+
+template <uint FEATURES>
+static void draw_lights(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    real3 p = make_real3(b.px[i], b.py[i], b.pz[i]);
+    LightSample l = finish_light(s, load_walk(b, i), p, b.light_u[i], b.light_fine[i],
+                                 (path_at(columns, i).bounces & 255u) + 1u, FEATURES);
+    b.ldx[i] = l.direction.x;
+    b.ldy[i] = l.direction.y;
+    b.ldz[i] = l.direction.z;
+    b.distance[i] = l.distance;
+    b.lr[i] = l.radiance.x;
+    b.lg[i] = l.radiance.y;
+    b.lb[i] = l.radiance.z;
+    b.light_pdf[i] = l.pdf;
+    b.can_be_hit[i] = l.can_be_hit;
+    b.light_hidden[i] = l.hidden;
+    b.light_instance[i] = l.instance;
+    b.light_primitive[i] = l.primitive;
+  }
+}
+
+/* The weights of closure k towards the lights drawn, 0 where these are hidden from the rays that it would send there. A
+ * function of its own: inlined, the loop does not vectorise. */
+FN_APART void find_seen_weights(Batch &__restrict b, Group g, int op, uint k) {
+  uint before = kind_towards(op, 0), beyond = kind_towards(op, 1);
+  FOR_PATHS(i, g.first, g.end) {
+    real3 ng = make_real3(b.ngx[i], b.ngy[i], b.ngz[i]);
+    int behind = dot3(ng, make_real3(b.ldx[i], b.ldy[i], b.ldz[i])) < REAL(0.0);
+    int hidden = is_hidden(b.light_hidden[i], behind ? beyond : before);
+    b.seen_r[i] = hidden ? REAL(0.0) : b.weight_r[k][i];
+    b.seen_g[i] = hidden ? REAL(0.0) : b.weight_g[k][i];
+    b.seen_b[i] = hidden ? REAL(0.0) : b.weight_b[k][i];
+  }
+}
+
+template <bool CLAMPED>
+static void connect_lights(Batch &__restrict b, Params params, Group g) {
+  if (!CLAMPED) params.cut_plane = 0;
+  Columns columns = b.columns();
+  FOR_PATHS(i, g.first, g.end) {
+    LightSample l;
+    l.direction = make_real3(b.ldx[i], b.ldy[i], b.ldz[i]);
+    l.distance = b.distance[i];
+    l.radiance = make_real3(b.lr[i], b.lg[i], b.lb[i]);
+    l.pdf = b.light_pdf[i];
+    l.can_be_hit = b.can_be_hit[i];
+    l.instance = b.light_instance[i];
+    l.primitive = b.light_primitive[i];
+    BsdfValue value = make_value(make_real3(b.fr[i], b.fg[i], b.fb[i]), b.pdf[i]);
+    Connection c = connect_light(params, load_surface(b, i, g.material), l, value, path_at(columns, i));
+    b.cox[i] = c.ray.origin.x;
+    b.coy[i] = c.ray.origin.y;
+    b.coz[i] = c.ray.origin.z;
+    b.cr[i] = c.brought.light.x;
+    b.cg[i] = c.brought.light.y;
+    b.cb[i] = c.brought.light.z;
+    if (CLAMPED) b.connection_cut[i] = c.brought.cut;
+  }
+}
+
+/* Completes the group's connections where their lights' radiance is computed. */
+static void shine_lights(Batch &__restrict b, Scene s, Params params, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Connection c;
+    c.brought.light = make_real3(b.cr[i], b.cg[i], b.cb[i]);
+    if (is_dark(c.brought.light)) continue;
+    Path p = path_at(columns, i);
+    c.brought.indirect = path_bounce(p) > 0;
+    c.passed = uint_of(path_passed(p));
+    c.bounces = p.bounces;
+    c.ray = light_ray(b, i);
+    c = shine(s, params, c, s.world[0].features, b.shadow_registers.data());
+    b.cr[i] = c.brought.light.x;
+    b.cg[i] = c.brought.light.y;
+    b.cb[i] = c.brought.light.z;
+    b.connection_cut[i] = c.brought.cut;
+  }
+}
+
+}  // namespace ISOPHOTE_VARIANT
+}  // namespace isophote
