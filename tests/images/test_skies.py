@@ -28,17 +28,25 @@ NOISE = {"sun": 1.5, "low_sun": 1.6, "large_sun": 1.5, "dim_sun": 1.5, "turned":
          "hosek_wilkie": 1.6}
 
 
-@pytest.fixture(scope="module", params=PYTHONS)
-def folder(request, tmp_path_factory):
-    """With the scenes that one Blender made, which then renders them."""
+def made_by(python, folder):
+    """The folder with the scenes that one Blender made; that one then renders them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ISOPHOTE_BPY_PYTHONS", request.param)
+        patch.setenv("ISOPHOTE_BPY_PYTHONS", python)
         if find_python() is None:
             missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
-        made = tmp_path_factory.mktemp("skies")
-        subprocess.run([request.param, str(ROOT / "blend_scenes" / "nodes" / "make_skies.py"), "--", str(made)],
+        subprocess.run([python, str(ROOT / "blend_scenes" / "nodes" / "make_skies.py"), "--", str(folder)],
                        check=True, capture_output=True, stdin=subprocess.DEVNULL)
-        yield made
+        yield folder
+
+
+@pytest.fixture(scope="module", params=PYTHONS)
+def folder(request, tmp_path_factory):
+    yield from made_by(request.param, tmp_path_factory.mktemp("patches"))
+
+
+@pytest.fixture(scope="module")
+def worlds(tmp_path_factory):
+    yield from made_by(PYTHONS[0], tmp_path_factory.mktemp("worlds"))
 
 
 def test_patches_agree(folder):
@@ -57,8 +65,8 @@ def test_patches_have_the_same_bits(folder):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("world", NOISE)
-def test_worlds_agree(folder, world):
-    renders = render_both(folder / f"under_{world}.blend", SIZE, SAMPLES, REPLICATES)
+def test_worlds_agree(worlds, world):
+    renders = render_both(worlds / f"under_{world}.blend", SIZE, SAMPLES, REPLICATES)
     assert not renders["scene"].notes, renders["scene"].notes
     found = compare_replicates(renders["isophote"], renders["cycles"])
     for mean in found["means"]:
@@ -70,10 +78,10 @@ def test_worlds_agree(folder, world):
 
 
 @pytest.mark.slow
-def test_two_suns_are_the_sum_of_each(folder):
+def test_two_suns_are_the_sum_of_each(worlds):
     """Cycles itself loses some 3 % of light from several suns (4.5.15), so each of them is asked for alone."""
-    both = render_both(folder / "under_two_suns.blend", SIZE, SAMPLES, REPLICATES)["isophote"]
-    each = [render_both(folder / f"under_{name}.blend", SIZE, SAMPLES, REPLICATES)["cycles"]
+    both = render_both(worlds / "under_two_suns.blend", SIZE, SAMPLES, REPLICATES)["isophote"]
+    each = [render_both(worlds / f"under_{name}.blend", SIZE, SAMPLES, REPLICATES)["cycles"]
             for name in ("sun", "second_sun")]
     found = compare_replicates(both, each[0] + each[1])
     for mean in found["means"]:
