@@ -256,6 +256,11 @@ def displacement_method(material) -> str:
     return "BUMP"
 
 
+def aov_name(node) -> str:
+    """Of an AOV Output node, which before 4.2 bears the name itself."""
+    return getattr(node, "aov_name", node.name)
+
+
 # ---- the render engine and its panels (addon/*.py) ----------------------------------------------
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from isophote.passes import PASSES, check_passes
 
 from .compat import frame_border, pass_name, set_pass
+from .export.aovs import aovs_of
 from .export.camera import resolution_of
 
 KINDS = ("diffuse", "glossy", "transmission")  # of closures, in light passes
@@ -56,18 +57,29 @@ def register_passes(engine, scene, view_layer) -> None:
         entry = PASSES[name]
         channels = entry.channels
         engine.register_pass(scene, view_layer, pass_name(entry.blender_name), len(channels), channels, TYPES[channels])
+    for name, channels in map(aov_pass, aovs_of(view_layer)):
+        engine.register_pass(scene, view_layer, name, len(channels), channels, TYPES[channels])
+
+
+def aov_pass(aov: str) -> tuple[str, str]:
+    """Name and channels of an AOV."""
+    kind, _, name = aov.partition(":")
+    return name, "RGBA" if kind == "color" else "X"
 
 
 class OpenResult:
     """A view layer's render result, open from the first chunk to the last: one begin, many updates, one end.
 
-    `passes` are names as in isophote.passes; Blender gives an open result the passes that were added before.
+    `passes` are names as in isophote.passes, `aovs` as in isophote.planes; Blender gives an open result the passes that
+    were added before.
     """
 
-    def __init__(self, engine, width: int, height: int, layer: str, passes: tuple[str, ...] = ()):
+    def __init__(self, engine, width: int, height: int, layer: str, passes: tuple[str, ...] = (), aovs=()):
         self.engine = engine
         for entry in (PASSES[name] for name in passes if name != "combined"):
             engine.add_pass(pass_name(entry.blender_name), len(entry.channels), entry.channels, layer=layer)
+        for name, channels in map(aov_pass, aovs):
+            engine.add_pass(name, len(channels), channels, layer=layer)
         self.result = engine.begin_result(0, 0, width, height, layer=layer)
 
     def show(self, planes: dict[str, np.ndarray]) -> None:

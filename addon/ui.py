@@ -224,6 +224,20 @@ class ISOPHOTE_PT_light_passes(PanelBase, bpy.types.Panel):
         column.prop(layer, "use_pass_environment")
 
 
+class ISOPHOTE_PT_aovs(PanelBase, bpy.types.Panel):
+    bl_label = "Shader AOV"
+    bl_context = "view_layer"
+    bl_parent_id = "ISOPHOTE_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layer, row = context.view_layer, self.layout.row()
+        row.template_list("VIEWLAYER_UL_aov", "aovs", layer, "aovs", layer, "active_aov_index", rows=2)
+        column = row.column(align=True)
+        column.operator("scene.view_layer_add_aov", icon="ADD", text="")
+        column.operator("scene.view_layer_remove_aov", icon="REMOVE", text="")
+
+
 class ISOPHOTE_PT_object(PanelBase, bpy.types.Panel):
     bl_label = "Isophote"
     bl_context = "object"
@@ -278,6 +292,7 @@ CLASSES = (
     ISOPHOTE_PT_trade,
     ISOPHOTE_PT_passes,
     ISOPHOTE_PT_light_passes,
+    ISOPHOTE_PT_aovs,
     ISOPHOTE_PT_object,
     ISOPHOTE_PT_light,
 )

@@ -98,7 +98,7 @@ def write_exr(path: Path, planes: dict[str, np.ndarray], metadata: dict) -> None
         raise ImageError("no passes to write")
     names, arrays = [], []
     for name, array in planes.items():
-        ids = CHANNELS.get(name, CHANNEL_ORDER[:array.shape[2]])
+        ids = CHANNELS.get(name, CHANNEL_ORDER[:array.shape[2]] if array.shape[2] > 1 else "X")
         if array.shape[2] != len(ids):
             raise ImageError(f"pass {name} has {array.shape[2]} channels, wanted {ids}")
         names += [f"{LAYER}.{name}.{channel}" for channel in ids]

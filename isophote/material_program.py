@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,14 +11,19 @@ from isophote.materials import OPERATIONS, PARAMS, Instruction
 from isophote.records import numbers
 from isophote.values import Number, Program, ProgramTooLarge, Value, add, call1, compile_program, operations, varies
 
+Shown = tuple[Number, Number, Number]  # what an AOV output shows
+NOT_SHOWN = (0, (0.0, 0.0, 0.0))
+
 
 @dataclass
 class MaterialProgram:
-    """Rows (op, flags, weight, parameters) of instructions, rows of steps as values.Program has them."""
+    """Rows (op, flags, weight, parameters) of instructions, rows of steps as values.Program has them, rows (AOV_
+    flags, numbers or registers) of what AOV outputs show."""
 
     instructions: list[tuple]
     steps: list[tuple]
     shadow_steps: int
+    shown: list[tuple] = field(default_factory=list)
 
     @property
     def attributes(self) -> set[int]:
@@ -31,8 +37,8 @@ class MaterialProgram:
 FRAMELESS = {OPERATIONS[name][0] for name in ("emission", "transparent")}
 
 
-def make_material(instructions: list[Instruction]) -> MaterialProgram:
-    """Registers for all that varies.
+def make_material(instructions: list[Instruction], shown: Sequence[Shown | None] = ()) -> MaterialProgram:
+    """Registers for all that varies, of instructions and of what AOV outputs show, None where there is no output.
 
     Raises values.ProgramTooLarge where there are too few, or too many instructions.
     """
@@ -47,9 +53,11 @@ def make_material(instructions: list[Instruction]) -> MaterialProgram:
     shadow = [w for each in placed if each.op == transparent and varies(each.weight) for w in each.weight]
     others = [number for each, reads in zip(placed, reading, strict=True) if reads
               for number in (*each.weight, *each.params, *(each.normal or ()), *(each.tangent or ()))]
+    others += [number for three in shown if three and varies(three) for number in three]
     program = compile_program(shadow, others)
+    outputs = [aov_row(three, program) for three in shown]
     rows = [row_of(each, program, reads) for each, reads in zip(placed, reading, strict=True)]
-    return MaterialProgram(rows, program.steps, program.shadow_steps)
+    return MaterialProgram(rows, program.steps, program.shadow_steps, outputs)
 
 
 def instruction_varies(each: Instruction) -> bool:
@@ -102,6 +110,7 @@ def join_materials(programs: list[MaterialProgram]) -> dict[str, np.ndarray]:
     arrays = {"material_first": starts([len(p.instructions) for p in programs]),
               "material_steps": starts([len(p.steps) for p in programs]),
               "material_shadow_steps": np.array([p.shadow_steps for p in programs], np.uint32)}
+    arrays |= joined_aovs(programs)
     instructions = [row for p in programs for row in p.instructions]
     if instructions:
         operations, flags, weights, params = zip(*instructions, strict=True)
@@ -115,6 +124,22 @@ def join_materials(programs: list[MaterialProgram]) -> dict[str, np.ndarray]:
                    "step_from": np.array(read, np.uint32), "step_repeat": np.array(repeat, np.uint32),
                    "step_data": np.array(data, np.uint32), "step_number": np.array(number, np.float32)}
     return arrays
+
+
+def aov_row(three: Shown | None, program: Program) -> tuple:
+    if three is None:
+        return NOT_SHOWN
+    if not varies(three):
+        return numbers()["AOV_THERE"], three
+    return numbers()["AOV_THERE"] | numbers()["AOV_VARIES"], tuple(map(program.register_of, three))
+
+
+def joined_aovs(programs: list[MaterialProgram]) -> dict[str, np.ndarray]:
+    count = max((len(p.shown) for p in programs), default=0)
+    rows = [p.shown + [NOT_SHOWN] * (count - len(p.shown)) for p in programs]
+    flags, values = ([[row[k] for row in of] for of in rows] for k in (0, 1))
+    return {"aov_flags": np.array(flags, np.uint32).reshape(len(programs), count),
+            "aov_values": np.array(values, np.float32).reshape(len(programs), count, 3)}
 
 
 def starts(lengths: list[int]) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isophote.film import Film, FilmError
-from isophote.planes import INVALID, Planes, make_planes
+from isophote.planes import INVALID, Planes, aov_width, make_planes
 from isophote.records import plane_groups
 from isophote.settings import Settings
 from isophote.statistics import pixel_error
@@ -145,14 +145,14 @@ def check_passes(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in PASSES if name in names)
 
 
-def planes_for(names: Iterable[str], clamps: bool = False) -> Planes:
-    """Planes that a film needs for these passes, and where light is clamped."""
-    return make_planes((group for name in names for group in PASSES[name].groups), clamps)
+def planes_for(names: Iterable[str], clamps: bool = False, aovs: Iterable[str] = ()) -> Planes:
+    """Planes that a film needs for these passes and AOVs, and where light is clamped."""
+    return make_planes((group for name in names for group in PASSES[name].groups), clamps, aovs)
 
 
 def film_planes(settings: Settings) -> Planes:
     """Planes of a film of these settings."""
-    return planes_for(settings.passes, settings.clamps)
+    return planes_for(settings.passes, settings.clamps, settings.aovs)
 
 
 def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
@@ -163,4 +163,13 @@ def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
         if missing := [group for group in entry.groups if group not in film.planes.groups]:
             raise FilmError(f"pass {name}: the film was made without {', '.join(missing)}")
         made[entry.blender_name] = entry.make(film)
+    return made
+
+
+def make_aovs(film: Film) -> dict[str, np.ndarray]:
+    """The AOVs of a film by name: float32 (h, w, 1), or (h, w, 4) for colours."""
+    made = {}
+    for aov in film.planes.aovs:
+        sums = [film.sum(film.planes.first[aov] + k) for k in range(aov_width(aov))]
+        made[aov.partition(":")[2]] = np.stack([mean_of(film, each) for each in sums], axis=-1)
     return made

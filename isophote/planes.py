@@ -24,31 +24,39 @@ SPLIT = tuple(f"{kind}_{light}" for kind in ("diffuse", "glossy", "transmission"
 
 @dataclass(frozen=True)
 class Planes:
-    """The planes of a film; as an index it is their number. `groups` are in the kernels' order (make_planes)."""
+    """The planes of a film; as an index it is their number. `groups` are in the kernels' order (make_planes), `aovs`
+    AOV outputs in the scene's: color:NAME (RGBA) or value:NAME."""
 
     groups: tuple[str, ...] = ()
     clamps: bool = False
+    aovs: tuple[str, ...] = ()
 
     def __index__(self) -> int:
-        return COMBINED + sum(plane_groups()[name][1] for name in self.groups) + CUT * self.clamps
+        return COMBINED + sum(plane_groups()[name][1] for name in self.groups) + self.aov_planes + CUT * self.clamps
 
     __int__ = __index__
 
     def __str__(self) -> str:
-        return f"{int(self)} planes" + (f" ({', '.join(self.groups)})" if self.groups else "")
+        return f"{int(self)} planes" + (f" ({', '.join(self.groups + self.aovs)})" if self.groups + self.aovs else "")
 
     @cached_property
     def first(self) -> dict[str, int]:
-        """The first plane of each group."""
+        """The first plane of each group and AOV."""
         made, at = {}, COMBINED
         for name in self.groups:
             made[name], at = at, at + plane_groups()[name][1]
+        for name in self.aovs:
+            made[name], at = at, at + aov_width(name)
         return made
+
+    @property
+    def aov_planes(self) -> int:
+        return sum(aov_width(name) for name in self.aovs)
 
     @property
     def mask(self) -> int:
         """As Params has it."""
-        return sum(1 << plane_groups()[name][0] for name in self.groups)
+        return sum(1 << plane_groups()[name][0] for name in self.groups) | numbers()["GROUPS_AOVS"] * bool(self.aovs)
 
     @property
     def cut(self) -> int:
@@ -67,9 +75,14 @@ class Planes:
         return any(plane_groups()[name][0] < numbers()["GROUPS_OF_SAMPLE_0"] for name in self.groups)
 
 
-def make_planes(groups: Iterable[str] = (), clamps: bool = False) -> Planes:
-    """Planes with these groups, in any order. Raises ValueError naming one that does not exist."""
+def aov_width(name: str) -> int:
+    """Planes of an AOV: a colour has an alpha of 1."""
+    return 4 if name.startswith("color:") else 1
+
+
+def make_planes(groups: Iterable[str] = (), clamps: bool = False, aovs: Iterable[str] = ()) -> Planes:
+    """Planes with these groups, in any order, and AOVs. Raises ValueError naming one that does not exist."""
     groups = set(groups)
     if unknown := groups - set(plane_groups()):
         raise ValueError(f"no planes {', '.join(sorted(unknown))}; there are {', '.join(plane_groups())}")
-    return Planes(tuple(name for name in plane_groups() if name in groups), bool(clamps))
+    return Planes(tuple(name for name in plane_groups() if name in groups), bool(clamps), tuple(aovs))

@@ -13,6 +13,7 @@ from isophote.geometry import Geometry, make_geometry
 from isophote.light_tree import make_light_tree, shining
 from isophote.lights import estimates, has_program, light_records, triangle_lights, world_light
 from isophote.materials import OPERATIONS, is_delta
+from isophote.planes import aov_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
@@ -81,7 +82,7 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
         "world": make_world(scene),
-        "pass_indices": pass_indices(scene)}
+        "pass_indices": pass_indices(scene), "aovs": make_aovs(scene)}
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
@@ -114,7 +115,8 @@ def make_world(scene: Scene) -> np.ndarray:
     spheres = len(scene.instance_index) if len(pass_indices(scene)) else none
     start, depth, falloff = scene.mist
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
-                        mist_start=start, mist_scale=1.0 / depth if depth > 0.0 else 0.0, mist_falloff=falloff,
+                        aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
+                        mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
                         material_indices=none if spheres == none else spheres + len(scene.sphere_index),
                         hidden=scene.world_hidden, attributes=scene.mesh_attributes.shape[1],
@@ -126,6 +128,16 @@ def pass_indices(scene: Scene) -> np.ndarray:
     """Of instances, spheres and materials; empty where all are 0."""
     joined = np.concatenate([scene.instance_index, scene.sphere_index, scene.material_index])
     return joined if joined.any() else joined[:0]
+
+
+def make_aovs(scene: Scene) -> np.ndarray:
+    """AovOutput records, by material and output."""
+    widths = [aov_width(name) for name in scene.aovs]
+    planes = np.cumsum([0, *widths])[:-1]
+    materials = len(scene.aov_values)
+    return make_records("AovOutput", scene.aov_flags.size, plane=np.tile(planes, materials),
+                        color=np.tile([width > 1 for width in widths], materials), flags=scene.aov_flags.ravel(),
+                        value=scene.aov_values.reshape(-1, 3))
 
 
 def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -3,8 +3,8 @@
 One table, FIELDS, names each array with its type, shape and meaning; saving, loading, hashing and
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
-Z steps, C numbers of tables, A attributes, B numbers of attributes, O instances of which values are known (I or 0), R
-numbers of each, G images, X bytes, W, U and Y 0 or 1.
+Z steps, C numbers of tables, A attributes, B numbers of attributes, D AOVs, O instances of which values are known (I or
+0), R numbers of each, G images, X bytes, W, U and Y 0 or 1.
 """
 
 from __future__ import annotations
@@ -71,6 +71,8 @@ FIELDS: dict[str, Field] = {
                                zeros=True),
     "instruction_weight": Field("f4", ("K", 3), "RGB factor of the closure, or registers of it"),
     "instruction_params": Field("f4", ("K", 11), "constants, by operation, or registers of them"),
+    "aov_values": Field("f4", ("P", "D", 3), "what AOV outputs show of each material, or registers of it", zeros=True),
+    "aov_flags": Field("u4", ("P", "D"), "AOV_ flags (scene_records.h)", zeros=True),
     "material_steps": Field("u4", ("P+1",), "first step of each material; the last entry is Z", zeros=True),
     "material_shadow_steps": Field("u4", ("P",), "how many of them transparency needs, the first ones", zeros=True),
     "step_op": Field("i4", ("Z",), "operation (kernels/values/values.h)"),
@@ -116,7 +118,8 @@ class SceneError(ValueError):
 class Scene:
     """Arrays by name (see FIELDS), the names of things for messages, and notes on what was left out.
 
-    `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names.
+    `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names, "aovs" to those of AOV
+    outputs as Planes has them.
     `notes` is a list of dicts {"kind", "name", "what"}: one for each node, light or object that was
     approximated or left out. `settings` is what the scene's file asks for, by name of settings.Settings;
     no part of the scene's hash.
@@ -132,6 +135,11 @@ class Scene:
             return self.__dict__["arrays"][name]
         except KeyError:
             raise AttributeError(name) from None
+
+    @property
+    def aovs(self) -> tuple[str, ...]:
+        """Its AOV outputs, as Planes has them."""
+        return tuple(self.names.get("aovs", ()))
 
     def name_of(self, group: str, index: int) -> str:
         """The name of a thing for messages, or its number where it has none."""

@@ -296,6 +296,12 @@ def value_problems(scene: Scene) -> list[Problem]:
     owner = owner_of_rows(scene, "material_first")
     problems += [Problem("error", owner(row), "a closure names a register that nothing writes")
                  for row in np.flatnonzero(outside)[:10]]
+    wrong = ~np.isfinite(scene.aov_values).all(-1)
+    wrong |= (scene.aov_flags & n["AOV_VARIES"] != 0) & ((scene.aov_values < 0) | (scene.aov_values >= highest)).any(-1)
+    what = "an AOV output is not finite, or names a register that nothing writes"
+    problems += [Problem("error", scene.name_of("materials", row), what) for row in np.flatnonzero(wrong.any(-1))[:10]]
+    if len(scene.aovs) != scene.aov_values.shape[1]:
+        problems.append(Problem("error", "scene", f"{len(scene.aovs)} names of {scene.aov_values.shape[1]} AOVs"))
     return problems + table_problems(scene)
 
 

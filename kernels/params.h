@@ -23,7 +23,8 @@
   X(float, clamp_indirect)                                                                     \
   X(int, cut_plane) /* the film's first plane of what clamping cuts off; 0: nothing is clamped */ \
   X(int, film_transparent)                                                                     \
-  X(uint, groups) /* mask of PLANE_GROUPS */                                                     \
+  X(uint, groups) /* mask of PLANE_GROUPS and GROUPS_AOVS */                                     \
+  X(int, aov_planes) /* behind the groups', of AOV outputs */                                    \
   X(int, listed) /* 1: `width` pixels of a list in one row, instead of a region's */
 
 typedef struct {
@@ -38,7 +39,8 @@ typedef struct {
   uint first;
 } ListedPixel;
 
-/* Planes of the film's sums: Combined's, then the groups of PLANE_GROUPS that the film has, then those of clamping. */
+/* Planes of the film's sums: Combined's, then the groups of PLANE_GROUPS that the film has, AOV outputs, then those of
+ * clamping. */
 #define PLANE_COMBINED 0 /* red, green, blue, alpha of replicate 0, then of replicate 1 */
 #define PLANE_INVALID 8  /* how many samples were no numbers and count as 0 */
 #define PLANES_COMBINED 9
@@ -72,6 +74,7 @@ enum {
   PLANE_GROUPS(X)
 #undef X
 };
+#define GROUPS_AOVS 0x80000000u
 #define GROUPS_OF_SAMPLE_0 4
 #define MOST_PLANES 80
 /* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
@@ -100,6 +103,6 @@ FN uint plane_of(uint groups, uint group) {
 FN uint planes_end(uint groups) { return plane_of(groups, 32u); }
 
 /* Planes that an item adds to. */
-FN uint film_planes(Params p) { return planes_end(film_groups(p)) + (p.cut_plane ? PLANES_CUT : 0u); }
+FN uint film_planes(Params p) { return planes_end(film_groups(p)) + uint_of(p.aov_planes) + (p.cut_plane ? PLANES_CUT : 0u); }
 
 #endif

@@ -17,7 +17,7 @@
 #define GROUPS_FIRST                                                                                     \
   (GROUP_BIT(depth) | GROUP_BIT(position) | GROUP_BIT(object_index) | GROUP_BIT(material_index) |        \
    GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUP_BIT(uv))
-#define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist))
+#define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist) | GROUPS_AOVS)
 /* Of the first surface along the path that is not sharp. */
 #define GROUPS_DENOISING (GROUP_BIT(denoising_normal) | GROUP_BIT(denoising_albedo) | GROUP_BIT(denoising_depth))
 #define GROUPS_SURFACE (GROUPS_SEEN | GROUPS_DENOISING)
@@ -200,7 +200,10 @@ FN Look look_at_surface(Scene s, Material m, Surface at, Path p, const real *r, 
 }
 
 /* Values of a path that has met nothing yet. */
-FN void clear_columns(GLOBAL real *columns, uint stride, uint slot, uint groups) {
+FN void clear_columns(GLOBAL real *columns, uint stride, uint slot, Params params) {
+  uint groups = film_groups(params);
+  if (has_any(groups, GROUPS_AOVS))
+    for (int k = 0; k < params.aov_planes; k++) columns[(pass_columns(groups) + uint_of(k)) * stride + slot] = REAL(0.0);
   for (uint k = 0u; k < planes_end(groups) - PLANES_COMBINED; k++) columns[k * stride + slot] = REAL(0.0);
   set_number(columns, stride, slot, groups, GROUP_depth, DEPTH_NOTHING);
   if (has_any(groups, GROUPS_DENOISING))
@@ -239,6 +242,22 @@ FN real3 uv_of_surface(Scene s, Surface at, Path p, Hit h) {
 #endif
 }
 
+/* AOV outputs, in columns behind all others. */
+FN void show_aovs(GLOBAL real *columns, uint stride, uint groups, Scene s, uint material, uint slot, const real *r) {
+  uint count = s.world[0].aovs;
+  for (uint k = 0u; k < count; k++) {
+    AovOutput a = s.aovs[material * count + k];
+    if (!(a.flags & AOV_THERE)) continue;
+    real3 value = weight_of(a.value, (a.flags & AOV_VARIES) != 0u, r);
+    uint at = (pass_columns(groups) + a.plane) * stride + slot;
+    columns[at] = value.x;
+    if (!a.color) continue;
+    columns[at + stride] = value.y;
+    columns[at + 2u * stride] = value.z;
+    columns[at + 3u * stride] = REAL(1.0);
+  }
+}
+
 /* A surface that the path meets before its first bounce. */
 FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
   Look a = look_at_surface(s, m, at, p, r, groups);
@@ -251,6 +270,7 @@ FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Mater
     int mean = bumps && dot3(a.normals, a.normals) > REAL(0.0);
     add_to_plane(columns, stride, p.slot, groups, GROUP_normal, mean ? normalize3(a.normals) : at.ns);
     add_to_plane(columns, stride, p.slot, groups, GROUP_albedo, a.albedo);
+    if (has_any(groups, GROUPS_AOVS)) show_aovs(columns, stride, groups, s, at.material, p.slot, r);
     if (has_group(groups, GROUP_uv)) add_to_plane(columns, stride, p.slot, groups, GROUP_uv, uv_of_surface(s, at, p, h));
   }
   real3 seen = path_throughput(p);

@@ -18,6 +18,7 @@
   X(uint, slot_materials, "material of each instance's slots")                                 \
   X(Material, materials, "")                                                                   \
   X(Instruction, instructions, "programs of the materials")                                    \
+  X(AovOutput, aovs, "of each material")                                                       \
   X(ValueStep, steps, "what computes the materials' values")                                    \
   X(float, value_tables, "curves and ramps")                                                   \
   X(MeshAttribute, mesh_attributes, "of each mesh, in the order of the attributes; empty where no step reads one") \

@@ -123,6 +123,7 @@ typedef struct {
   float mist_start, mist_scale; /* where mist begins, one over its depth: for the Mist pass */
   float mist_falloff;           /* exponent: 1, 2 or 0.5 */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
+  uint aovs; /* AOV outputs of each material */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
 } World;
 
@@ -171,6 +172,16 @@ typedef struct {
   packed3 weight;
   float params[INSTRUCTION_PARAMS];
 } Instruction;
+
+/* What an AOV output of a material shows: a colour and 1, or a number. */
+#define AOV_THERE 1u
+#define AOV_VARIES 2u /* value holds registers */
+typedef struct {
+  uint plane;  /* first of its planes, counted from that of the first AOV */
+  uint color;
+  uint flags;
+  packed3 value;
+} AovOutput;
 
 /* One step of what computes a material's values, 64 bytes (values/values.h lists the operations): reads registers, and
  * writes those from `to` on. */

@@ -106,7 +106,7 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
     results[4u * stride + slot] = REAL(0.0);
     results[5u * stride + slot] = REAL(0.0);
   }
-  clear_columns(columns, stride, slot, film_groups(params));
+  clear_columns(columns, stride, slot, params);
   if (params.listed) {
     ListedPixel listed = listed_pixels(params_buffer)[pixel];
     return generate_path(s, params, s.camera[0].kind, listed.x, listed.y, listed.first + sample, slot);
@@ -461,6 +461,13 @@ __kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT
       valid &= is_addable(value);
       if (plane_takes(groups, a, sample) & is_addable(value) & (lit | (a < first_light_plane(groups))))
         sums[a * plane + at] += value;
+    }
+    if (has_any(groups, GROUPS_AOVS)) {
+      for (int a = 0; a < params.aov_planes; a++) {
+        real value = columns[(pass_columns(groups) + uint_of(a)) * stride + slot];
+        valid &= is_addable(value);
+        if (is_addable(value)) sums[(planes_end(groups) + uint_of(a)) * plane + at] += value;
+      }
     }
     if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;
   }

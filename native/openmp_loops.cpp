@@ -58,7 +58,7 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
   if (params.cut_plane)
     for (real *cut : b.cut) std::fill(cut, cut + b.count, REAL(0.0));
   if (params.groups)
-    for (uint i = 0; i < b.count; i++) clear_columns(b.slot_columns.data(), CAPACITY, i, params.groups);
+    for (uint i = 0; i < b.count; i++) clear_columns(b.slot_columns.data(), CAPACITY, i, params);
 }
 
 /* ------------------------------------------------------------------ extend */
@@ -144,10 +144,14 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
 static void accumulate_batch(const Batch &b, Params params, const Part &part, uint first_sample, uint samples,
                              float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
-  uint planes = film_planes(params), groups = params.groups, end = planes_end(groups), first_light = first_light_plane(groups);
+  uint groups = params.groups, end = planes_end(groups), first_light = first_light_plane(groups);
+  /* AOV outputs and what clamping cuts off lie behind the groups; of the latter `total` has them at its end. */
+  uint aovs = uint(params.aov_planes), cuts = params.cut_plane ? PLANES_CUT : 0u;
   for (uint pixel = 0; pixel < part.pixels; pixel++) {
     float total[MOST_PLANES];
-    for (uint p = 0; p < planes; p++) total[p] = sums[p * plane + part.at[pixel]];
+    float *own = sums + part.at[pixel];
+    for (uint p = 0; p < end; p++) total[p] = own[p * plane];
+    for (uint p = 0; p < cuts; p++) total[end + p] = own[(end + aovs + p) * plane];
     for (uint k = 0; k < samples; k++) {
       uint slot = pixel * samples + k, sample = part.first[pixel] + first_sample + k;
       int valid = is_addable(b.red[slot]) & is_addable(b.green[slot]) & is_addable(b.blue[slot]) & is_addable(b.alpha[slot]);
@@ -159,7 +163,7 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
         half[2] += to_float(b.blue[slot]);
         half[3] += to_float(b.alpha[slot]);
         if (params.cut_plane) {
-          float *cut = total + uint(params.cut_plane) + 2 * (sample & 1u);
+          float *cut = total + end + 2 * (sample & 1u);
           cut[0] += to_float(b.cut[0][slot]);
           cut[1] += to_float(b.cut[1][slot]);
         }
@@ -170,9 +174,15 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
         valid &= is_addable(value);
         if (plane_takes(groups, a, sample) & is_addable(value) & (lit | int(a < first_light))) total[a] += to_float(value);
       }
+      for (uint a = 0; a < aovs; a++) {
+        real value = b.slot_columns[(pass_columns(groups) + a) * CAPACITY + slot];
+        valid &= is_addable(value);
+        if (is_addable(value)) own[(end + a) * plane] += to_float(value);
+      }
       if (!valid) total[PLANE_INVALID] += 1.0f;
     }
-    for (uint p = 0; p < planes; p++) sums[p * plane + part.at[pixel]] = total[p];
+    for (uint p = 0; p < end; p++) own[p * plane] = total[p];
+    for (uint p = 0; p < cuts; p++) own[(end + aovs + p) * plane] = total[end + p];
   }
 }
 
@@ -245,7 +255,7 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     FlushGuard guard;
     auto batch = std::make_unique<Batch>();
     make_registers(*batch, s);
-    batch->slot_columns.resize(size_t(pass_columns(cut.params.groups)) * CAPACITY);
+    batch->slot_columns.resize(size_t(pass_columns(cut.params.groups) + uint(cut.params.aov_planes)) * CAPACITY);
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
 #pragma omp for schedule(dynamic, 1)

@@ -118,6 +118,8 @@ class Builder:
     lamps: list = field(default_factory=list)
     world: object = 0.0
     camera: dict = field(default_factory=dict)
+    aovs: tuple[str, ...] = ()
+    shown: dict = field(default_factory=dict)  # by material: three numbers or Values for each AOV
 
     def __post_init__(self):
         self.look((0, 0, 0), (0, 0, -1))
@@ -130,8 +132,9 @@ class Builder:
         self.camera = dict(camera_kind=int(orthographic), camera_to_world=look_at(position, target, up),
                            camera_clip=clip, camera_lens=lens, camera_window=(-tangent, tangent, -tall, tall))
 
-    def material(self, instructions) -> int:
+    def material(self, instructions, shown=()) -> int:
         self.materials.append(instructions)
+        self.shown[len(self.materials) - 1] = shown
         return len(self.materials) - 1
 
     def mesh(self, shape, slots=0, normals=None, attributes=()) -> int:
@@ -176,7 +179,7 @@ class Builder:
     def make(self, **others) -> Scene:
         """`others`: arrays of the scene beside those that were built."""
         arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3), **others)
-        arrays |= join_materials([make_material(instructions) for instructions in self.materials])
+        arrays |= join_materials([make_material(each, self.shown[k]) for k, each in enumerate(self.materials)])
         if self.meshes:
             starts = np.cumsum([0, *(len(vertices) for vertices, *_ in self.meshes)])
             arrays["vertices"] = np.concatenate([vertices for vertices, *_ in self.meshes])
@@ -203,7 +206,7 @@ class Builder:
             names = ("kind", "to_world", "strength", "size", "spot", "flags", "spread", "material", "visibility")
             columns = zip(*self.lamps, strict=True)
             arrays |= {f"light_{name}": np.stack(column) for name, column in zip(names, columns, strict=True)}
-        scene = make_scene(**{name: np.asarray(value) for name, value in arrays.items()})
+        scene = make_scene({"aovs": list(self.aovs)}, **{name: np.asarray(value) for name, value in arrays.items()})
         errors = [str(problem) for problem in validate(scene) if problem.severity == "error"]
         assert not errors, errors
         return scene

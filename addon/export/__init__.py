@@ -71,6 +71,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         "spheres": [sphere[4] for sphere in gatherer.spheres],
         "materials": gatherer.material_names,
         "lights": [lamp.name for lamp in gatherer.lamps],
+        "aovs": list(gatherer.aovs) if gatherer.programs else [],
     }
     return make_scene(names, notes.entries, **arrays)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from isophote.material_program import MaterialProgram
 
+from .aovs import aovs_of
 from .changes import Meshes
 from .instance_values import KINDS, instance_values, property_value
 from .light import Lamp, export_light
@@ -41,6 +42,7 @@ class Gatherer:
         self.override = getattr(self.view_layer, "material_override", None)
         self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
+        self.aovs = aovs_of(self.view_layer)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
@@ -143,7 +145,7 @@ class Gatherer:
         key = None if material is None else material.original.as_pointer()
         if key not in self._material_of:
             self._material_of[key] = len(self.programs)
-            self.programs.append(material_program(material, self.notes, self.lookups))
+            self.programs.append(material_program(material, self.notes, self.lookups, self.aovs))
             self.material_names.append("default" if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
         return self._material_of[key]

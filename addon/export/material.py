@@ -14,6 +14,7 @@ from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
 
 from .. import compat
 from .anisotropy import glossy_ratio, principled_ratio, stretched, two_roughnesses
+from .aovs import shown_values
 from .closures import (
     Closure,
     arrange,
@@ -37,8 +38,8 @@ DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
 TOO_LARGE = (1.0, 0.0, 1.0)  # radiance of a material that could not be compiled
 
 
-def material_program(material, notes, lookups: Lookups) -> MaterialProgram:
-    """The program of a bpy Material, or of None."""
+def material_program(material, notes, lookups: Lookups, aovs: tuple[str, ...] = ()) -> MaterialProgram:
+    """The program of a bpy Material, or of None, with what it has for AOVs (aovs.aovs_of)."""
     if material is None:
         return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))]))
     values = Values("material", material.name, notes, lookups)
@@ -47,7 +48,8 @@ def material_program(material, notes, lookups: Lookups) -> MaterialProgram:
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
         return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))]))
     try:
-        return make_material(arrange(surface_closures(material, values)))
+        closures = arrange(surface_closures(material, values))
+        return make_material(closures, shown_values(material, values, aovs))
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
         return make_material(arrange([Closure("emission", np.array(TOO_LARGE))]))

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from isophote.passes import make_passes
-from tests.parity.scenes.shown import shown
+from isophote.passes import make_aovs, make_passes
+from isophote.session import Session
+from isophote.settings import Settings
+from tests.parity.scenes.shown import AOVS, shown
 from tests.scenes import Builder, diffuse, program, quad, render
 
 CORNER = 4  # DOMAIN_ number
@@ -71,3 +73,20 @@ def test_a_denoiser_looks_into_mirrors():
     np.testing.assert_allclose(made["Denoising Albedo"].mean((0, 1)), albedo, rtol=1e-3)
     np.testing.assert_allclose(np.abs(made["Denoising Normal"]).mean((0, 1)), (1, 0, 0), atol=1e-3)
     assert made["Denoising Depth"].mean() == pytest.approx(4 + 3 * (0.9 + 0.5 + 0.2) / 3, rel=1e-3)
+
+
+def test_aovs_of_the_first_surface():
+    """Numbers and colours of each material, constant and not; a colour has an alpha where something is seen."""
+    film = render(shown(), 1, passes=("combined", "object_index", "position"), aovs=AOVS)
+    made, passes = make_aovs(film), make_passes(film, ("object_index", "position"))
+    assert made["Mask"].shape == (16, 20, 4) and made["Height"].shape == (16, 20, 1)
+    of, position = passes["IndexOB"][..., 0], passes["Position"]
+    np.testing.assert_allclose(made["Mask"][of == 1][:, :3], position[of == 1], rtol=1e-5)
+    np.testing.assert_allclose(made["Height"][of == 1], position[of == 1][:, :1], rtol=1e-5)
+    assert (made["Mask"][of == 2] == (1, 0.5, 0.25, 1)).all() and (made["Height"][of == 2] == 3).all()
+    assert not made["Mask"][(of != 1) & (of != 2)].any()
+
+
+def test_aovs_are_those_of_the_scene():
+    with pytest.raises(ValueError, match="AOVs value:Depth of a scene that has color:Mask, value:Height"):
+        Session(shown(), Settings(aovs=("value:Depth",)))

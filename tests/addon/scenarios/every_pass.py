@@ -70,6 +70,16 @@ for number, thing in enumerate(bpy.data.objects):
     thing.pass_index = number + 2
 for number, made in enumerate(bpy.data.materials):
     made.pass_index = 3 * number + 1
+for name, kind in (("Place", "COLOR"), ("Share", "VALUE")):
+    aov = layer.aovs.add()
+    aov.name, aov.type = name, kind
+for made, share in ((bpy.data.materials["Floor"], 0.25), (bpy.data.materials["Glass"], 3.0)):
+    nodes = made.node_tree.nodes
+    for name in ("Place", "Share"):
+        node = nodes.new("ShaderNodeOutputAOV")
+        setattr(node, "aov_name" if hasattr(node, "aov_name") else "name", name)
+        node.inputs["Value"].default_value = share
+        made.node_tree.links.new(nodes.new("ShaderNodeNewGeometry").outputs["Position"], node.inputs["Color"])
 mist = scene.world.mist_settings
 mist.start, mist.depth, mist.falloff = 9.0, 12.0, "QUADRATIC"
 cycles, own = scene.cycles, scene.isophote

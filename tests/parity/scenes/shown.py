@@ -1,8 +1,9 @@
-"""What passes show beside light: UV maps, pass indices, mist, mirrors before what guides a denoiser."""
+"""What passes show beside light: UV maps, pass indices, mist, AOVs, mirrors before what guides a denoiser."""
 
 import numpy as np
 
 from isophote.scene import Scene
+from isophote.values import ARITHMETIC
 from tests.scenes import POINT, Builder, ball, diffuse, place, program, quad
 
 CORNER = 4  # DOMAIN_ number
@@ -10,15 +11,20 @@ MIRROR = program(("glossy", (0.9, 0.8, 0.7), dict(roughness=0.0, multiscatter=0)
 VEIL = program(("transparent", 0.3), ("diffuse", (0.5, 0.2, 0.1)))
 
 
+AOVS = ("color:Mask", "value:Height")
+
+
 def shown() -> Scene:
     """A floor with a UV map under a veil, a mirror, a rough ball, and a sphere that has neither mesh nor UV."""
-    b = Builder((20, 16))
+    b = Builder((20, 16), aovs=AOVS)
     b.world = (0.3, 0.4, 0.5)
     b.look((0, -6, 2.5), (0, 0, 0.6), 0.45)
+    place_of = ARITHMETIC.call("position", ())[:3]
     corners = np.array([[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]])
     floor, uv = quad((0, 0, 0), (5, 0, 0), (0, 5, 0)), [(CORNER, corners)]
-    b.instance(b.mesh(floor, attributes=uv), b.material(diffuse((0.7, 0.6, 0.5))))
-    b.instance(b.mesh(quad((-1, 0, 0.8), (0.8, 0, 0), (0, 0.2, 0.8)), attributes=uv), b.material(VEIL))
+    b.instance(b.mesh(floor, attributes=uv), b.material(diffuse((0.7, 0.6, 0.5)), [place_of, (place_of[0], 0.0, 0.0)]))
+    veil = b.material(VEIL, [(1.0, 0.5, 0.25), (3.0, 0.0, 0.0)])
+    b.instance(b.mesh(quad((-1, 0, 0.8), (0.8, 0, 0), (0, 0.2, 0.8)), attributes=uv), veil)
     mesh, material = b.mesh(ball((0, 0, 0), 0.7), attributes=[(0, np.zeros((0, 1)))]), b.material(MIRROR)
     b.instance(mesh, material, matrix=place((1.5, 0, 0.7)))
     b.instance(mesh, material, matrix=place((-1.5, 1, 0.7), (-1, 1, 1)))
