@@ -169,3 +169,15 @@ def test_settings_come_from_cycles(host):
     assert found == {"samples": 77, "time_limit": 12.5, "seed": 5, "max_bounces": 11, "diffuse_bounces": 3,
                      "glossy_bounces": 2, "transmission_bounces": 9, "transparent_bounces": 6, "clamp_direct": 1.5,
                      "clamp_indirect": 10.0, "filter_width": 2.5, "device": "openmp"}, log
+
+
+def test_each_eye_has_its_view(host):
+    """In every way that cameras converge, spherical stereo of panoramas included: as Cycles of the same Blender."""
+    found, log = host.scenario("stereo", timeout=400)
+    for name in found["names"]:
+        ours, theirs = ([rgba(host.folder / f"{name}_{engine}_{eye}.exr")[..., :3] for eye in "LR"]
+                        for engine in ("ISOPHOTE", "CYCLES"))
+        for eye in (0, 1):
+            assert np.quantile(np.abs(ours[eye] - theirs[eye]).max(axis=-1), 0.9) < 1e-4, name
+        assert np.abs(ours[0] - ours[1]).mean() > 0.01, name
+    assert "Isophote: view right" in log and "Isophote: error" not in log
