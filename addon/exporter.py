@@ -45,10 +45,14 @@ def render_to_scene(scene):
     render = scene.render
     render.engine = Exporter.bl_idname
     render.use_compositing = render.use_sequencer = False
-    render.use_border = render.use_multiview = False
+    views, render.use_border, render.use_multiview = render.use_multiview, False, False
     bpy.ops.render.render(scene=scene.name)
     if Exporter.errors:
         raise RuntimeError(Exporter.errors[0])
     if not Exporter.scenes:
         raise RuntimeError(f"scene '{scene.name}' was not exported: no view layer is on for rendering")
-    return Exporter.scenes[0]
+    exported, seconds = Exporter.scenes[0]
+    if views:
+        what = "of its views only the camera's own is exported"
+        exported.notes.append({"kind": "scene", "name": scene.name, "what": what})
+    return exported, seconds

@@ -22,9 +22,9 @@ from isophote.session import Progress, Session
 
 from . import kept, ledger, left_out, log, native
 from .compat import catch_interrupts, frame_border, interrupted
-from .export import export_scene
+from .export import export_scene, seen_from
 from .export.changes import Changes
-from .result import OpenResult, mark_failed, missing_passes, stamp
+from .result import OpenResult, mark_failed, missing_passes, stamp, view_names
 from .settings import make_settings
 
 POLL = 0.05  # seconds between looks at Blender's Esc key
@@ -58,15 +58,14 @@ def render(engine, depsgraph) -> None:
 
 
 def render_layer(engine, depsgraph) -> None:
-    """Render the depsgraph's view layer into the engine's result. Raises one of EXPECTED, or Cancelled."""
+    """Render the depsgraph's view layer into the engine's result, each of its views. Raises one of EXPECTED, or
+    Cancelled."""
     # It goes on only after a render that saw all that Blender told, and if there is room for what it holds.
     changes, engine.changes = engine.changes or Changes(), None
     problem = native.problem()
     if problem:
         raise DeviceError(problem)
     blender_scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
-    if blender_scene.render.use_multiview:
-        raise SceneError(f"scene '{blender_scene.name}' uses stereoscopy, which is not supported")
     engine.update_stats("", "Isophote: exporting")
     started = time.perf_counter()
     scene = export_scene(depsgraph, changes=changes)
@@ -76,25 +75,43 @@ def render_layer(engine, depsgraph) -> None:
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     if not engine.is_preview:
         settings = replace(settings, aovs=scene.aovs)
+    if not blender_scene.render.use_multiview:
+        only = [scene]
+        del scene
+        if render_view(engine, only, settings, blender_scene.name, view_layer.name, export_seconds):
+            engine.changes = changes
+        return
+    for view in view_names(engine):
+        log.line(f"view {view}")
+        engine.active_view_set(view)
+        seen = [seen_from(scene, engine, depsgraph, view)]
+        render_view(engine, seen, settings, blender_scene.name, view_layer.name, export_seconds, view)
+
+
+def render_view(engine, scenes: list, settings, scene_name: str, layer: str, export_seconds: float, view: str = "") -> bool:
+    """Render an exported scene into one view of the engine's result. Whether its geometry is kept for the next one.
+
+    The scene is taken out of `scenes`: a caller's name for it would keep what the session lets go of.
+    """
+    scene, holds = scenes.pop(), False
     with ThreadPoolExecutor(1, "isophote") as worker:
         engine.update_stats("", "Isophote: preparing")
-        names = blender_scene.name, view_layer.name
-        geometry, device = (None, None) if engine.is_preview else kept.take(*names, settings)
+        geometry, device = (None, None) if engine.is_preview else kept.take(scene_name, layer, settings)
         future = worker.submit(Session, scene, settings, device, kept=geometry)
         del scene, geometry  # the session lets go of what it does not render
         session = prepared(engine, future)
         with session:
             shown = [] if engine.is_preview else log.notes(session.notes)
-            finish = render_session(engine, worker, session, view_layer.name)
+            finish = render_session(engine, worker, session, layer, view)
             if not engine.is_preview:
-                left_out.keep(*names, log.notes(session.notes, shown))
+                left_out.keep(scene_name, layer, log.notes(session.notes, shown))
                 result = session.result()
                 log.finished(result, export_seconds)
-                ledger.keep(blender_scene.name, result)
-                if kept.keep(*names, session):
-                    engine.changes = changes
+                ledger.keep(scene_name, result)
+                holds = kept.keep(scene_name, layer, session)
         if finish:
             raise finish
+    return holds
 
 
 def prepared(engine, future: Future) -> Session:
@@ -114,10 +131,11 @@ def waited(engine, future: Future) -> bool:
     return True
 
 
-def render_session(engine, worker, session: Session, layer: str) -> Exception | None:
+def render_session(engine, worker, session: Session, layer: str, view: str) -> Exception | None:
     """Step to the end and show what comes. An error of the device is returned after what was rendered is kept."""
     x0, y0, x1, y1 = session.region
-    with OpenResult(engine, x1 - x0, y1 - y0, layer, session.settings.passes, session.settings.aovs) as result:
+    width, height = x1 - x0, y1 - y0
+    with OpenResult(engine, width, height, layer, view, session.settings.passes, session.settings.aovs) as result:
         failure, due, stopped = None, 0.0, False
         while not stopped:
             future = worker.submit(session.step)

@@ -74,13 +74,14 @@ class OpenResult:
     were added before.
     """
 
-    def __init__(self, engine, width: int, height: int, layer: str, passes: tuple[str, ...] = (), aovs=()):
+    def __init__(self, engine, width: int, height: int, layer: str, view: str = "",
+                 passes: tuple[str, ...] = (), aovs=()):
         self.engine = engine
         for entry in (PASSES[name] for name in passes if name != "combined"):
             engine.add_pass(pass_name(entry.blender_name), len(entry.channels), entry.channels, layer=layer)
         for name, channels in map(aov_pass, aovs):
             engine.add_pass(name, len(channels), channels, layer=layer)
-        self.result = engine.begin_result(0, 0, width, height, layer=layer)
+        self.result = engine.begin_result(0, 0, width, height, layer=layer, view=view)
 
     def show(self, planes: dict[str, np.ndarray]) -> None:
         """Copy planes, "Pass" -> float32 (h, w, c), into the result and let Blender draw it."""
@@ -96,6 +97,11 @@ class OpenResult:
         self.engine.end_result(self.result, cancel=kind is not None)
 
 
+def view_names(engine) -> list[str]:
+    """Of the views that a render has: one without a name, but for stereoscopy."""
+    return [view.name for view in engine.get_result().views]
+
+
 def stamp(engine, fields: dict[str, str]) -> None:
     """Add metadata that Blender stores in the picture's file; the open result would not pass it on."""
     result = engine.get_result()
@@ -104,11 +110,13 @@ def stamp(engine, fields: dict[str, str]) -> None:
 
 
 def mark_failed(engine, scene, layer: str) -> None:
-    """Fill a view layer with a chequer that nobody takes for a picture: Blender saves a file even after an error."""
+    """Fill a view layer, in all its views, with a chequer that nobody takes for a picture: Blender saves a file even
+    after an error."""
     x0, y0, x1, y1 = frame_border(scene.render, resolution_of(scene.render))
     rows, columns = np.indices((y1 - y0, x1 - x0)) // FAILED_SQUARE
     chequer = np.zeros((y1 - y0, x1 - x0, 4), np.float32)
     chequer[(rows + columns) % 2 == 0] = FAILED_COLOUR
     chequer[..., 3] = 1.0
-    with OpenResult(engine, x1 - x0, y1 - y0, layer) as result:
-        result.show({"Combined": chequer})
+    for view in view_names(engine):
+        with OpenResult(engine, x1 - x0, y1 - y0, layer, view) as result:
+            result.show({"Combined": chequer})

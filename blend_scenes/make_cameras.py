@@ -43,7 +43,10 @@ CAMERAS = {
 
 def new_scene(name, surface):
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
+    return furnish(bpy.context.scene, name, surface)
+
+
+def furnish(scene, name, surface):
     render, cycles = scene.render, scene.cycles
     render.engine = "CYCLES"
     render.resolution_x, render.resolution_y, render.resolution_percentage = 96, 72, 100

@@ -181,7 +181,9 @@ def make_camera(scene: Scene) -> np.ndarray:
         lens=scene.camera_lens[0], focus=scene.camera_lens[1], blades=scene.camera_lens[2],
         blade_rotation=scene.camera_lens[3], lens_ratio=scene.camera_lens[4], kind=scene.camera_kind,
         width=scene.resolution[0], height=scene.resolution[1], reach=scene.camera_panorama[0],
-        polynomial=scene.camera_panorama[1:6], shift_x=scene.camera_panorama[6], shift_y=scene.camera_panorama[7])
+        polynomial=scene.camera_panorama[1:6], shift_x=scene.camera_panorama[6], shift_y=scene.camera_panorama[7],
+        eye=scene.camera_stereo[0], convergence=scene.camera_stereo[1], merge_from=scene.camera_stereo[2],
+        merge_to=scene.camera_stereo[3])
 
 
 def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

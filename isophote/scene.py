@@ -46,6 +46,9 @@ FIELDS: dict[str, Field] = {
                                          "much its window is shifted, of which window coordinates know nothing"),
     "camera_lens": Field("f8", (5,), "radius (0: a point), distance in focus, metres; blades (0: round), their "
                                      "rotation in radians, height over width"),
+    "camera_stereo": Field("f8", (4,), "of a panorama that is one eye of two: offset to the right, distance where both "
+                                       "look at the same (0: nowhere), metres; elevations between which the offset "
+                                       "fades to nothing, radians (0: it stays)"),
     "vertices": Field("f4", ("V", 3), "object space"),
     "triangles": Field("u4", ("T", 3), "indices into vertices"),
     "triangle_slots": Field("u2", ("E",), "material slot of each triangle within its mesh; empty where all are 0"),

@@ -152,7 +152,8 @@ def camera_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "resolution", f"{width} x {height} pixels"))
     if not 0 <= scene.camera_kind < numbers()["CAMERA_KINDS"]:
         problems.append(Problem("error", "camera", f"kind {int(scene.camera_kind)} is not known"))
-    for name in ("camera_to_world", "camera_window", "camera_clip", "camera_lens", "camera_panorama", "origin"):
+    for name in ("camera_to_world", "camera_window", "camera_clip", "camera_lens", "camera_panorama", "camera_stereo",
+                 "origin"):
         if not np.isfinite(scene.arrays[name]).all():
             problems.append(Problem("error", "camera", f"{name} is not finite"))
     if problems:

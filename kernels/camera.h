@@ -26,6 +26,22 @@ FN real2 sample_lens(Camera c, real2 u) {
   return make_real2(p.x * radius / to_real(c.lens_ratio), p.y * radius);
 }
 
+/* Spherical stereo, in the camera's space: the eye lies to the side of each direction, and looks where both eyes meet. */
+FN Ray move_to_eye(Camera c, Ray r) {
+  real3 d = r.direction;
+  real level = sqrt(d.x * d.x + d.y * d.y), offset = to_real(c.eye);
+  real from = to_real(c.merge_from), to = to_real(c.merge_to);
+  if (to > REAL(0.0)) {
+    real part = (fabs(atan2_real(d.z, level)) - from) / max_real(to - from, REAL(1e-6));
+    offset = offset * cos_real(clamp01(part) * (REAL(0.5) * PI));
+  }
+  real scale = level > REAL(0.0) ? offset / level : REAL(0.0);
+  real3 side = make_real3(d.y * scale, -d.x * scale, REAL(0.0));
+  r.origin = r.origin + side;
+  if (c.convergence > 0.0f) r.direction = normalize3(d * to_real(c.convergence) - side);
+  return r;
+}
+
 /* The ray through a point of a panorama's window. Clip distances are along the ray, the lens lies across it, and in
  * focus is a sphere. Where the camera sees nothing the ray has no length. */
 FN Ray make_panorama_ray(Camera c, int kind, real px, real py, real2 on_lens) {
@@ -33,16 +49,17 @@ FN Ray make_panorama_ray(Camera c, int kind, real px, real py, real2 on_lens) {
   int seen = dot3(d, d) > REAL(0.0);
   real3 forward = make_real3(REAL(1.0), REAL(0.0), REAL(0.0));
   d = select3(seen, d, forward);
-  real3 start = zero3();
+  real near = to_real(c.clip_start);
+  Ray r = free_ray(zero3(), d, REAL(0.0), seen ? to_real(c.clip_end) - near : REAL(0.0));
   if (has_lens(c)) {
     Frame across = make_frame_along(d, forward);
-    start = across.x * on_lens.x + across.y * on_lens.y;
-    d = normalize3(d * to_real(c.focus) - start);
+    r.origin = across.x * on_lens.x + across.y * on_lens.y;
+    r.direction = normalize3(d * to_real(c.focus) - r.origin);
   }
-  real3 direction = turned_from_camera(c, d);
-  real near = to_real(c.clip_start);
-  real3 origin = load3(c.position) + turned_from_camera(c, start) + direction * near;
-  return free_ray(origin, direction, REAL(0.0), seen ? to_real(c.clip_end) - near : REAL(0.0));
+  if (c.eye != 0.0f) r = move_to_eye(c, r);
+  r.direction = turned_from_camera(c, r.direction);
+  r.origin = load3(c.position) + turned_from_camera(c, r.origin) + r.direction * near;
+  return r;
 }
 
 /* The ray through film point (x, y), in pixels from the lower left of the full frame, and the lens' point. `kind` is the

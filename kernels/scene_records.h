@@ -68,6 +68,8 @@ typedef struct {
   float reach;            /* how far from the middle a panorama sees */
   float polynomial[5];    /* of CAMERA_POLYNOMIAL */
   float shift_x, shift_y; /* of a panorama's window */
+  float eye, convergence; /* of spherical stereo: offset to the side, distance where eyes meet, 0: nowhere; metres */
+  float merge_from, merge_to; /* elevations between which the offset fades, radians; 0: it stays */
 } Camera;
 
 /* A reference into the tree: kind in the two highest bits, index in the others. */

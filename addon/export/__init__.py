@@ -9,14 +9,14 @@ from isophote.material_program import join_materials
 from isophote.scene import Scene, make_scene
 
 from .attributes import join_attributes
-from .camera import export_camera, resolution_of
+from .camera import export_camera, resolution_of, view_of
 from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
 from .light import join_lights
 from .notes import Notes
 from .world import export_world, mist_of
 
-__all__ = ["export_scene"]
+__all__ = ["export_scene", "seen_from"]
 
 
 def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera=None,
@@ -40,6 +40,18 @@ def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera
     return scene
 
 
+def seen_from(scene: Scene, engine, depsgraph, view: str) -> Scene:
+    """The exported scene as the engine's active view, of this name, sees it: all but the camera stays."""
+    blender_scene = depsgraph.scene_eval
+    camera = engine.camera_override or blender_scene.camera  # views may have cameras of their own
+    camera = camera.evaluated_get(depsgraph)
+    notes = Notes()
+    arrays = export_camera(blender_scene, camera, scene.resolution, notes, view_of(engine, camera, view), scene.origin)
+    made = make_scene(scene.names, scene.notes, **scene.arrays | arrays)
+    made.notes += [note for note in notes.entries if note not in made.notes]
+    return made
+
+
 def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     """As export_scene. Raises OthersMet where the meshes are those of an export before, and others are there now."""
     notes = Notes()
@@ -48,13 +60,13 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     if camera is not None:
         camera = camera.evaluated_get(depsgraph)
     resolution = resolution or resolution_of(scene.render)
-    arrays, origin = export_camera(scene, camera, resolution, notes)
+    arrays = export_camera(scene, camera, resolution, notes)
     if scene.render.use_motion_blur:
         notes.add("scene", scene.name, "motion blur is not supported: left out")
-    gatherer = Gatherer(depsgraph, origin, notes, meshes)
+    gatherer = Gatherer(depsgraph, arrays["origin"], notes, meshes)
     gatherer.gather()
     world = export_world(scene, notes, gatherer.lookups)
-    arrays |= {"origin": origin, "world_radiance": world.radiance, "world_hidden": world.hidden}
+    arrays |= {"world_radiance": world.radiance, "world_hidden": world.hidden}
     if world.program:
         arrays["world_material"] = [gatherer.add_program(world.program, scene.world.name)]
         arrays["world_sun"] = world.sun

@@ -7,6 +7,8 @@ longer side in AUTO, the shift is counted in the fitted side, and pixels may be 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from isophote.records import numbers
@@ -26,23 +28,30 @@ BALL_AXES = ((0, 2, 1), (1.0, 1.0, -1.0))
 CELL = 10  # binary orders from the nearest thing that the camera sees to the grid of origins
 
 
-def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """(scene arrays of the camera, origin in Blender's world, f8 [3]).
+def export_camera(scene, camera, resolution, notes, view: View | None = None,
+                  origin: np.ndarray | None = None) -> dict[str, np.ndarray]:
+    """The scene's arrays of the camera, and its origin in Blender's world, f8 [3].
 
-    `scene` and `camera` are evaluated; `resolution` is (width, height) in pixels.
-    Raises SceneError where there is no camera.
+    `scene` and `camera` are evaluated; `resolution` is (width, height) in pixels. Of several views each has its own
+    `view`, and the `origin` of the first. Raises SceneError where there is no camera.
     """
     if camera is None or camera.type != "CAMERA":
         raise SceneError(f"no camera in scene '{scene.name}'")
     data = camera.data
     kind, panorama = kind_of(data, camera.name, notes)
-    matrix = np.array(camera.matrix_world, dtype=np.float64)
+    view = view or View(np.array(camera.matrix_world, dtype=np.float64), data.shift_x)
+    matrix, shift = view.matrix, (view.shift_x, data.shift_y)
     axes = make_rigid(matrix, camera.name, notes)
-    window, shape = make_window(data, scene.render, resolution), np.zeros(8)
+    window, shape = make_window(data, scene.render, resolution, shift), np.zeros(8)
     if panorama is not None:
-        window, shape = make_panorama(kind, data, panorama, scene.render, resolution)
-    origin = make_origin(matrix[:3, 3], window[1] - window[0] if data.type == "ORTHO" else data.clip_start)
-    arrays = {
+        window, shape = make_panorama(kind, data, panorama, scene.render, resolution, shift)
+    elif view.stereo[0]:
+        what = "spherical stereo is supported for panoramas alone: rendered from one place for both eyes"
+        notes.add("camera", camera.name, what)
+    if origin is None:
+        origin = make_origin(matrix[:3, 3], window[1] - window[0] if data.type == "ORTHO" else data.clip_start)
+    return {
+        "origin": origin,
         "resolution": np.array(resolution, dtype=np.int32),
         "camera_kind": np.int32(numbers()[f"CAMERA_{kind}"]),
         "camera_to_world": np.concatenate([axes_of(kind, axes), (matrix[:3, 3] - origin)[:, None]], axis=1),
@@ -50,8 +59,31 @@ def export_camera(scene, camera, resolution, notes) -> tuple[dict[str, np.ndarra
         "camera_clip": np.array([data.clip_start, data.clip_end], dtype=np.float64),
         "camera_lens": make_lens(data, matrix, axes),
         "camera_panorama": shape,
+        "camera_stereo": np.array(view.stereo if panorama is not None else (0.0,) * 4),
     }
-    return arrays, origin
+
+
+@dataclass(frozen=True)
+class View:
+    """The camera as one of a render's views has it: its matrix, f8 [4, 4], the window's shift, and what spherical
+    stereo adds (a scene's camera_stereo)."""
+
+    matrix: np.ndarray
+    shift_x: float
+    stereo: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+
+
+def view_of(engine, camera, name: str) -> View:
+    """The view that the engine has made the active one; `camera` is evaluated."""
+    spherical = engine.use_spherical_stereo(camera)
+    matrix = np.array(engine.camera_model_matrix(camera, use_spherical_stereo=spherical), dtype=np.float64)
+    shift = engine.camera_shift_x(camera, use_spherical_stereo=spherical)
+    stereo, side = camera.data.stereo, {"left": -0.5, "right": 0.5}.get(name, 0.0)
+    if not spherical or not side:
+        return View(matrix, shift)
+    convergence = 0.0 if stereo.convergence_mode == "PARALLEL" else stereo.convergence_distance
+    merge = (stereo.pole_merge_angle_from, stereo.pole_merge_angle_to) if stereo.use_pole_merge else (0.0, 0.0)
+    return View(matrix, shift, (side * stereo.interocular_distance, convergence, *merge))
 
 
 def kind_of(data, name: str, notes) -> tuple[str, object]:
@@ -73,7 +105,7 @@ def axes_of(kind: str, axes: np.ndarray) -> np.ndarray:
     return axes[:, columns] * signs
 
 
-def make_panorama(kind: str, data, panorama, render, resolution) -> tuple[np.ndarray, np.ndarray]:
+def make_panorama(kind: str, data, panorama, render, resolution, shift) -> tuple[np.ndarray, np.ndarray]:
     """(left, right, bottom, top in what kernels/panorama.h counts, f8 [4]; the scene's camera_panorama, f8 [8]).
 
     As in Cycles (intern/cycles/blender/camera.cpp) the sensor fits as it does for other cameras, and a shift counts in
@@ -101,14 +133,14 @@ def make_panorama(kind: str, data, panorama, render, resolution) -> tuple[np.nda
             high, reach = sensor_of(data, render, resolution) / 2.0, panorama.fisheye_fov / 2.0
             polynomial = np.array([getattr(panorama, f"fisheye_polynomial_k{k}") for k in range(5)])
         low = -high
-    shift = (high - low) * (data.shift_x, data.shift_y)
+    shift = (high - low) * shift
     (left, bottom), (right, top) = low + shift, high + shift
     return np.array([left, right, bottom, top]), np.array([reach, *polynomial, *shift])
 
 
 def sensor_of(data, render, resolution) -> np.ndarray:
     """Width and height of what a frame uses of the sensor, mm, f8 [2]."""
-    left, right, bottom, top = make_window(data, render, resolution) * data.lens
+    left, right, bottom, top = make_window(data, render, resolution, (0.0, 0.0)) * data.lens
     return np.array([right - left, top - bottom])
 
 
@@ -178,7 +210,7 @@ def focus_place(dof) -> np.ndarray:
     return (matrix[:3, :3] * np.array(bone.matrix.translation)).sum(axis=1) + matrix[:3, 3]
 
 
-def make_window(data, render, resolution) -> np.ndarray:
+def make_window(data, render, resolution, shift) -> np.ndarray:
     """left, right, bottom, top at distance 1 (else) or in metres (orthographic), f8 [4]."""
     width, height = resolution
     stretch = render.pixel_aspect_y / render.pixel_aspect_x  # height of a pixel, its width being 1
@@ -194,7 +226,7 @@ def make_window(data, render, resolution) -> np.ndarray:
         sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
         extent = sensor / data.lens
     unit = extent / side
-    x, y = data.shift_x * side, data.shift_y * side
+    x, y = shift[0] * side, shift[1] * side
     return np.array([x - 0.5 * width, x + 0.5 * width, y - 0.5 * tall, y + 0.5 * tall], dtype=np.float64) * unit
 
 

@@ -191,3 +191,15 @@ def test_the_panel_says_what_was_left_out(host):
     assert found["after"] == ["material 'Material': Hair BSDF (ShaderNodeBsdfHair): not supported, rendered as Diffuse"]
     assert f"Isophote: note: {found['after'][0]}" in log
     assert "Traceback" not in log
+
+
+def test_each_eye_has_its_view(host):
+    """In every way that cameras converge, spherical stereo of panoramas included: as Cycles of the same Blender."""
+    found, log = host.scenario("stereo", timeout=400)
+    for name in found["names"]:
+        ours, theirs = ([rgba(host.folder / f"{name}_{engine}_{eye}.exr")[..., :3] for eye in "LR"]
+                        for engine in ("ISOPHOTE", "CYCLES"))
+        for eye in (0, 1):
+            assert np.quantile(np.abs(ours[eye] - theirs[eye]).max(axis=-1), 0.9) < 1e-4, name
+        assert np.abs(ours[0] - ours[1]).mean() > 0.01, name
+    assert "Isophote: view right" in log and "Isophote: error" not in log

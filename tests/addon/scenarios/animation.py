@@ -72,10 +72,10 @@ render_to(scene, "last.exr")
 found["after"] = len(kept._geometries)
 found["devices_after"] = len(kept._devices)
 cube.data.vertices[0].co.x += 1.0
-scene.render.use_multiview = True  # refused, before the change is seen
+scene.camera.scale = (0.0, 0.0, 0.0)  # refused, before the change is seen
 with suppress(RuntimeError):
     render_to(scene, "refused.exr")
-scene.render.use_multiview = False
+scene.camera.scale = (1.0, 1.0, 1.0)
 render_to(scene, "persistent_last.exr")
 scene.render.use_persistent_data = False
 render_to(scene, "still_last.exr")
