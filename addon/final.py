@@ -88,7 +88,8 @@ def render_layer(engine, depsgraph) -> None:
         render_view(engine, seen, settings, blender_scene.name, view_layer.name, export_seconds, view)
 
 
-def render_view(engine, scenes: list, settings, scene_name: str, layer: str, export_seconds: float, view: str = "") -> bool:
+def render_view(engine, scenes: list, settings, scene_name: str, layer: str, export_seconds: float,
+                view: str = "") -> bool:
     """Render an exported scene into one view of the engine's result. Whether its geometry is kept for the next one.
 
     The scene is taken out of `scenes`: a caller's name for it would keep what the session lets go of.
