@@ -104,6 +104,8 @@ typedef struct {
   float mist_falloff;           /* exponent: 1, 2 or 0.5 */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
   uint aovs; /* AOV outputs of each material */
+  uint light_group;   /* of the world */
+  uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
 } World;
 
@@ -225,6 +227,7 @@ typedef struct {
 #define LIGHT_ELLIPSE 4
 #define LIGHT_TRIANGLE 5 /* made from emissive triangles when the scene is prepared */
 #define LIGHT_WORLD 6    /* radiance: its mean */
+#define LIGHT_GROUP(flags) ((flags) >> 16) /* 0: none, 1: the first */
 #define LIGHT_NO_SHADOW 1u
 #define LIGHT_NO_MIS 2u
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */

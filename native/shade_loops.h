@@ -27,7 +27,7 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
       seen.radiance = make_real3(b.fr[i], b.fg[i], b.fb[i]);
       seen.pdf = b.light_pdf[i];
       Path p = path_at(columns, i);
-      add_light(b, params, i, see_lamp(s, params, lamp, p, seen), seen_from(p, GROUP_emission));
+      add_light(b, params, i, see_lamp(s, params, lamp, p, seen), seen_from(p, GROUP_emission, LIGHT_GROUP(lamp.flags)));
     }
   }
 }
@@ -49,7 +49,7 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment));
+    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
     b.alpha[p.slot] -= lost_alpha(params, p);
     b.alive[i] = 0;
   }
@@ -68,16 +68,10 @@ static void shade_emission(Batch &__restrict b, Scene s, Params params, Material
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_emission(s, params, m, p, load_hit(b, i), registers_at(b, i)), seen_from(p, GROUP_emission));
+    Hit h = load_hit(b, i);
+    uint light_group = has_any(params.groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u;
+    add_light(b, params, i, see_emission(s, params, m, p, h, registers_at(b, i)), seen_from(p, GROUP_emission, light_group));
   }
-}
-
-FN LightWalk load_walk(const Batch &b, uint i) {
-  LightWalk w;
-  w.at = b.walk_at[i];
-  w.chance = b.walk_chance[i];
-  w.u = b.walk_u[i];
-  return w;
 }
 
 FN void store_walk(Batch &__restrict b, uint i, LightWalk w) {
@@ -444,6 +438,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
     choose_lights(b, s, m, g);
+    if (has_any(params.groups, GROUPS_LIGHT_GROUPS)) note_drawn_groups(b, s, params, g);
     uint features = s.world[0].features;
     if (features & FEATURE_WORLD_LIGHT) draw_lights<FEATURE_LAMPS | FEATURE_SHINES | FEATURE_WORLD_LIGHT>(b, s, g);
     else if (features & FEATURE_SHINES) draw_lights<FEATURE_LAMPS | FEATURE_SHINES>(b, s, g);
