@@ -16,7 +16,7 @@ import bpy
 
 from isophote.device import DeviceError
 from isophote.film import FilmError
-from isophote.passes import make_aovs, make_passes
+from isophote.passes import make_named, make_passes
 from isophote.scene import SceneError
 from isophote.session import Progress, Session
 
@@ -74,7 +74,7 @@ def render_layer(engine, depsgraph) -> None:
     region = frame_border(blender_scene.render, scene.resolution)
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     if not engine.is_preview:
-        settings = replace(settings, aovs=scene.aovs)
+        settings = replace(settings, named=scene.named)
     if not blender_scene.render.use_multiview:
         only = [scene]
         del scene
@@ -136,7 +136,7 @@ def render_session(engine, worker, session: Session, layer: str, view: str) -> E
     """Step to the end and show what comes. An error of the device is returned after what was rendered is kept."""
     x0, y0, x1, y1 = session.region
     width, height = x1 - x0, y1 - y0
-    with OpenResult(engine, width, height, layer, view, session.settings.passes, session.settings.aovs) as result:
+    with OpenResult(engine, width, height, layer, view, session.settings.passes, session.settings.named) as result:
         failure, due, stopped = None, 0.0, False
         while not stopped:
             future = worker.submit(session.step)
@@ -157,7 +157,7 @@ def render_session(engine, worker, session: Session, layer: str, view: str) -> E
                 cost = time.perf_counter() - now
                 due = now + cost + max(cost / SHOW_SHARE, 1.0 if bpy.app.background else 0.0)
         if session.film.samples:
-            result.show(make_passes(session.film, session.settings.passes) | make_aovs(session.film))
+            result.show(make_passes(session.film, session.settings.passes) | make_named(session.film))
     if session.film.samples and not engine.is_preview:
         stamp(engine, log.stamp_fields(session.result(), layer, partial=bool(failure)))
     if failure and session.film.samples:

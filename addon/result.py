@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.passes import PASSES, check_passes
+from isophote.passes import PASSES, check_passes, named_pass
 
 from .compat import frame_border, pass_name, set_pass
 from .export.aovs import aovs_of
 from .export.camera import resolution_of
+from .export.light_groups import LightGroups
 
 KINDS = ("diffuse", "glossy", "transmission")  # of closures, in light passes
 # Passes that Blender switches on and off itself, by our name; the others are this add-on's.
@@ -32,6 +33,7 @@ MISSING = {"use_pass_vector": "Vector", "use_pass_ambient_occlusion": "Ambient O
            "use_pass_subsurface_direct": "Subsurface Direct", "use_pass_subsurface_indirect": "Subsurface Indirect",
            "use_pass_subsurface_color": "Subsurface Color"}
 TYPES = {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "UVA": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
+NAMED_CHANNELS = {"color": "RGBA", "value": "X", "light": "RGB"}  # by what isophote.planes has before the name
 FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
 FAILED_SQUARE = 16  # pixels
 
@@ -57,30 +59,27 @@ def register_passes(engine, scene, view_layer) -> None:
         entry = PASSES[name]
         channels = entry.channels
         engine.register_pass(scene, view_layer, pass_name(entry.blender_name), len(channels), channels, TYPES[channels])
-    for name, channels in map(aov_pass, aovs_of(view_layer)):
-        engine.register_pass(scene, view_layer, name, len(channels), channels, TYPES[channels])
-
-
-def aov_pass(aov: str) -> tuple[str, str]:
-    """Name and channels of an AOV."""
-    kind, _, name = aov.partition(":")
-    return name, "RGBA" if kind == "color" else "X"
+    lights = [f"light:{name}" for name in LightGroups(view_layer).names]
+    for name in (*aovs_of(view_layer), *lights):
+        channels = NAMED_CHANNELS[name.partition(":")[0]]
+        engine.register_pass(scene, view_layer, named_pass(name), len(channels), channels, TYPES[channels])
 
 
 class OpenResult:
     """A view layer's render result, open from the first chunk to the last: one begin, many updates, one end.
 
-    `passes` are names as in isophote.passes, `aovs` as in isophote.planes; Blender gives an open result the passes that
-    were added before.
+    `passes` are names as in isophote.passes, `named` as in isophote.planes; Blender gives an open result the passes
+    that were added before.
     """
 
     def __init__(self, engine, width: int, height: int, layer: str, view: str = "",
-                 passes: tuple[str, ...] = (), aovs=()):
+                 passes: tuple[str, ...] = (), named=()):
         self.engine = engine
         for entry in (PASSES[name] for name in passes if name != "combined"):
             engine.add_pass(pass_name(entry.blender_name), len(entry.channels), entry.channels, layer=layer)
-        for name, channels in map(aov_pass, aovs):
-            engine.add_pass(name, len(channels), channels, layer=layer)
+        for name in named:
+            channels = NAMED_CHANNELS[name.partition(":")[0]]
+            engine.add_pass(named_pass(name), len(channels), channels, layer=layer)
         self.result = engine.begin_result(0, 0, width, height, layer=layer, view=view)
 
     def show(self, planes: dict[str, np.ndarray]) -> None:

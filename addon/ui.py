@@ -238,6 +238,43 @@ class ISOPHOTE_PT_aovs(PanelBase, bpy.types.Panel):
         column.operator("scene.view_layer_remove_aov", icon="REMOVE", text="")
 
 
+class ISOPHOTE_PT_light_groups(PanelBase, bpy.types.Panel):
+    bl_label = "Light Groups"
+    bl_context = "view_layer"
+    bl_parent_id = "ISOPHOTE_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layer, row = context.view_layer, self.layout.row()
+        row.template_list("UI_UL_list", "lightgroups", layer, "lightgroups", layer, "active_lightgroup_index", rows=2)
+        column = row.column(align=True)
+        column.operator("scene.view_layer_add_lightgroup", icon="ADD", text="")
+        column.operator("scene.view_layer_remove_lightgroup", icon="REMOVE", text="")
+
+
+class LightGroupOf(PanelBase):
+    """The group of a thing that gives light."""
+
+    bl_label = "Light Group"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and getattr(context, cls.bl_context) is not None
+
+    def draw(self, context):
+        thing = getattr(context, self.bl_context)
+        self.column().prop_search(thing, "lightgroup", context.view_layer, "lightgroups", text="Light Group")
+
+
+class ISOPHOTE_PT_object_light_group(LightGroupOf, bpy.types.Panel):
+    bl_context = "object"
+
+
+class ISOPHOTE_PT_world_light_group(LightGroupOf, bpy.types.Panel):
+    bl_context = "world"
+
+
 class ISOPHOTE_PT_object(PanelBase, bpy.types.Panel):
     bl_label = "Isophote"
     bl_context = "object"
@@ -293,6 +330,9 @@ CLASSES = (
     ISOPHOTE_PT_passes,
     ISOPHOTE_PT_light_passes,
     ISOPHOTE_PT_aovs,
+    ISOPHOTE_PT_light_groups,
+    ISOPHOTE_PT_object_light_group,
+    ISOPHOTE_PT_world_light_group,
     ISOPHOTE_PT_object,
     ISOPHOTE_PT_light,
 )

@@ -202,7 +202,7 @@ class Film:
         `settings` is Settings.fingerprint(). The file appears whole or not at all. Raises OSError.
         """
         head = {"format": FORMAT, "region": self.region, "planes": self.planes.groups,
-                "clamps": self.planes.clamps, "aovs": self.planes.aovs, "first": self.first, "end": self.end,
+                "clamps": self.planes.clamps, "named": self.planes.named, "first": self.first, "end": self.end,
                 "ended": self.ended.tolist(), "scene": scene_hash, "settings": settings}
         arrays = {"isophote_film": np.array(json.dumps(head)), "open": self.open}
         if self.ends is not None:
@@ -229,7 +229,8 @@ def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
             if head.get("format") != FORMAT:
                 raise FilmError(f"{path}: film format {head.get('format')}, this version reads {FORMAT}")
             check_origin(path, head, scene_hash, settings)
-            film = Film(tuple(head["region"]), make_planes(head["planes"], head["clamps"], head["aovs"]), head["first"])
+            planes = make_planes(head["planes"], head["clamps"], head["named"])
+            film = Film(tuple(head["region"]), planes, head["first"])
             if "ends" in data:
                 film.ends, limits = (loaded(path, data, name, np.int64, film.shape) for name in ("ends", "limits"))
                 film.allow(limits)

@@ -161,12 +161,14 @@ def triangle_lights(scene: Scene, materials: np.ndarray, buffers: dict[str, np.n
         radiance[varies] = mean_radiance(buffers, instance[varies], primitive[varies], normal[varies])
     return make_records(
         "Light", len(primitive), kind=n["LIGHT_TRIANGLE"], instance=instance, primitive=primitive,
-        visibility=scene.instance_visibility[instance], radiance=radiance, flags=varies * n["LIGHT_COMPUTED"],
+        visibility=scene.instance_visibility[instance], radiance=radiance,
+        flags=varies * n["LIGHT_COMPUTED"] | scene.instance_group[instance].astype(np.int64) << 16,
         position=corners[:, 0], u=edges[:, 0], v=edges[:, 1], normal=normal, area=doubled / 2)[kept]
 
 
-def world_light(mean: np.ndarray) -> np.ndarray:
-    """The Light record of a world with a mean radiance, f8 [3]."""
+def world_light(mean: np.ndarray, group: int) -> np.ndarray:
+    """The Light record of a world with a mean radiance, f8 [3], and its light group."""
     n = numbers()
-    return make_records("Light", 1, kind=n["LIGHT_WORLD"], flags=n["LIGHT_COMPUTED"], visibility=n["RAY_ALL"],
-                        instance=n["NONE"], primitive=n["NONE"], radiance=mean, normal=[[0.0, 0.0, 1.0]])
+    return make_records(
+        "Light", 1, kind=n["LIGHT_WORLD"], flags=n["LIGHT_COMPUTED"] | group << 16, visibility=n["RAY_ALL"],
+        instance=n["NONE"], primitive=n["NONE"], radiance=mean, normal=[[0.0, 0.0, 1.0]])

@@ -32,7 +32,7 @@ def make_params(item: WorkItem, settings: Settings, planes: int | None = None) -
         "clamp_direct": 3 * settings.clamp_direct, "clamp_indirect": 3 * settings.clamp_indirect,
         "cut_plane": wanted.cut,
         "film_transparent": settings.film_transparent,
-        "groups": wanted.mask, "aov_planes": wanted.aov_planes,
+        "groups": wanted.mask, "named_planes": wanted.named_planes, "light_plane": wanted.light_plane,
         "listed": item.pixels is not None,
     }
     record = np.zeros(1, params_dtype())

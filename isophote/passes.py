@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isophote.film import Film, FilmError
-from isophote.planes import INVALID, Planes, aov_width, make_planes
+from isophote.planes import INVALID, Planes, make_planes, named_width
 from isophote.records import plane_groups
 from isophote.settings import Settings
 from isophote.statistics import pixel_error
@@ -145,14 +145,14 @@ def check_passes(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in PASSES if name in names)
 
 
-def planes_for(names: Iterable[str], clamps: bool = False, aovs: Iterable[str] = ()) -> Planes:
+def planes_for(names: Iterable[str], clamps: bool = False, named: Iterable[str] = ()) -> Planes:
     """Planes that a film needs for these passes and AOVs, and where light is clamped."""
-    return make_planes((group for name in names for group in PASSES[name].groups), clamps, aovs)
+    return make_planes((group for name in names for group in PASSES[name].groups), clamps, named)
 
 
 def film_planes(settings: Settings) -> Planes:
     """Planes of a film of these settings."""
-    return planes_for(settings.passes, settings.clamps, settings.aovs)
+    return planes_for(settings.passes, settings.clamps, settings.named)
 
 
 def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
@@ -166,10 +166,17 @@ def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
     return made
 
 
-def make_aovs(film: Film) -> dict[str, np.ndarray]:
-    """The AOVs of a film by name: float32 (h, w, 1), or (h, w, 4) for colours."""
+def named_pass(name: str) -> str:
+    """Blender's name of a pass that the scene names."""
+    kind, _, own = name.partition(":")
+    return f"Combined_{own}" if kind == "light" else own
+
+
+def make_named(film: Film) -> dict[str, np.ndarray]:
+    """AOVs and light groups of a film by Blender's names: float32 (h, w, 1), (h, w, 4) for colours, (h, w, 3) for
+    light."""
     made = {}
-    for aov in film.planes.aovs:
-        sums = [film.sum(film.planes.first[aov] + k) for k in range(aov_width(aov))]
-        made[aov.partition(":")[2]] = np.stack([mean_of(film, each) for each in sums], axis=-1)
+    for name in film.planes.named:
+        sums = [film.sum(film.planes.first[name] + k) for k in range(named_width(name))]
+        made[named_pass(name)] = np.stack([mean_of(film, each) for each in sums], axis=-1)
     return made

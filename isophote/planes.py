@@ -24,39 +24,46 @@ SPLIT = tuple(f"{kind}_{light}" for kind in ("diffuse", "glossy", "transmission"
 
 @dataclass(frozen=True)
 class Planes:
-    """The planes of a film; as an index it is their number. `groups` are in the kernels' order (make_planes), `aovs`
-    AOV outputs in the scene's: color:NAME (RGBA) or value:NAME."""
+    """The planes of a film; as an index it is their number. `groups` are in the kernels' order (make_planes), `named`
+    in the scene's: AOV outputs, color:NAME (RGBA) or value:NAME, then light groups, light:NAME."""
 
     groups: tuple[str, ...] = ()
     clamps: bool = False
-    aovs: tuple[str, ...] = ()
+    named: tuple[str, ...] = ()
 
     def __index__(self) -> int:
-        return COMBINED + sum(plane_groups()[name][1] for name in self.groups) + self.aov_planes + CUT * self.clamps
+        return COMBINED + sum(plane_groups()[name][1] for name in self.groups) + self.named_planes + CUT * self.clamps
 
     __int__ = __index__
 
     def __str__(self) -> str:
-        return f"{int(self)} planes" + (f" ({', '.join(self.groups + self.aovs)})" if self.groups + self.aovs else "")
+        return f"{int(self)} planes" + (f" ({', '.join(self.groups + self.named)})" if self.groups + self.named else "")
 
     @cached_property
     def first(self) -> dict[str, int]:
-        """The first plane of each group and AOV."""
+        """The first plane of each group, by name."""
         made, at = {}, COMBINED
         for name in self.groups:
             made[name], at = at, at + plane_groups()[name][1]
-        for name in self.aovs:
-            made[name], at = at, at + aov_width(name)
+        for name in self.named:
+            made[name], at = at, at + named_width(name)
         return made
 
     @property
-    def aov_planes(self) -> int:
-        return sum(aov_width(name) for name in self.aovs)
+    def named_planes(self) -> int:
+        return sum(named_width(name) for name in self.named)
+
+    @property
+    def light_plane(self) -> int:
+        """The first one of light groups, counted from that of the first that is named."""
+        return sum(named_width(name) for name in self.named if not name.startswith("light:"))
 
     @property
     def mask(self) -> int:
         """As Params has it."""
-        return sum(1 << plane_groups()[name][0] for name in self.groups) | numbers()["GROUPS_AOVS"] * bool(self.aovs)
+        lit = [name.startswith("light:") for name in self.named]
+        named = numbers()["GROUPS_AOVS"] * (not all(lit)) | numbers()["GROUPS_LIGHT_GROUPS"] * any(lit)
+        return sum(1 << plane_groups()[name][0] for name in self.groups) | named
 
     @property
     def cut(self) -> int:
@@ -67,7 +74,8 @@ class Planes:
     def columns(self) -> int:
         """Numbers of a path beside its light."""
         split, guided = (any(name in of for name in self.groups) for of in (SPLIT, DENOISING))
-        return int(self) - COMBINED - CUT * self.clamps + SHARES * split + GUIDES * guided
+        lit = any(name.startswith("light:") for name in self.named)
+        return int(self) - COMBINED - CUT * self.clamps + SHARES * split + GUIDES * guided + lit
 
     @property
     def needs_sample_0(self) -> bool:
@@ -75,14 +83,14 @@ class Planes:
         return any(plane_groups()[name][0] < numbers()["GROUPS_OF_SAMPLE_0"] for name in self.groups)
 
 
-def aov_width(name: str) -> int:
-    """Planes of an AOV: a colour has an alpha of 1."""
-    return 4 if name.startswith("color:") else 1
+def named_width(name: str) -> int:
+    """Planes of an AOV or a light group. An AOV's colour has an alpha of 1."""
+    return {"color": 4, "light": 3, "value": 1}[name.partition(":")[0]]
 
 
-def make_planes(groups: Iterable[str] = (), clamps: bool = False, aovs: Iterable[str] = ()) -> Planes:
-    """Planes with these groups, in any order, and AOVs. Raises ValueError naming one that does not exist."""
+def make_planes(groups: Iterable[str] = (), clamps: bool = False, named: Iterable[str] = ()) -> Planes:
+    """Planes with these groups, in any order, and those that are named. Raises ValueError naming an unknown one."""
     groups = set(groups)
     if unknown := groups - set(plane_groups()):
         raise ValueError(f"no planes {', '.join(sorted(unknown))}; there are {', '.join(plane_groups())}")
-    return Planes(tuple(name for name in plane_groups() if name in groups), bool(clamps), tuple(aovs))
+    return Planes(tuple(name for name in plane_groups() if name in groups), bool(clamps), tuple(named))

@@ -13,7 +13,7 @@ from isophote.geometry import Geometry, make_geometry
 from isophote.light_tree import make_light_tree, shining
 from isophote.lights import estimates, has_program, light_records, triangle_lights, world_light
 from isophote.materials import OPERATIONS, is_delta
-from isophote.planes import aov_width
+from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
@@ -82,7 +82,7 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
         "world": make_world(scene),
-        "pass_indices": pass_indices(scene), "aovs": make_aovs(scene)}
+        "light_groups": light_groups(scene), "pass_indices": pass_indices(scene), "aovs": make_aovs(scene)}
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
@@ -115,6 +115,8 @@ def make_world(scene: Scene) -> np.ndarray:
     spheres = len(scene.instance_index) if len(pass_indices(scene)) else none
     start, depth, falloff = scene.mist
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
+                        light_group=scene.world_group,
+                        sphere_groups=len(scene.instance_group) if len(light_groups(scene)) else none,
                         aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
                         mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
@@ -130,9 +132,15 @@ def pass_indices(scene: Scene) -> np.ndarray:
     return joined if joined.any() else joined[:0]
 
 
+def light_groups(scene: Scene) -> np.ndarray:
+    """Of instances and spheres; empty where none has one."""
+    joined = np.concatenate([scene.instance_group, scene.sphere_group])
+    return joined if joined.any() else joined[:0]
+
+
 def make_aovs(scene: Scene) -> np.ndarray:
     """AovOutput records, by material and output."""
-    widths = [aov_width(name) for name in scene.aovs]
+    widths = [named_width(name) for name in scene.aovs]
     planes = np.cumsum([0, *widths])[:-1]
     materials = len(scene.aov_values)
     return make_records("AovOutput", scene.aov_flags.size, plane=np.tile(planes, materials),
@@ -150,7 +158,7 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
     world_map = None if hidden else make_world_map(scene, buffers)  # closures alone know what may see the world
     world = buffers["world"].copy()
     if world_map:
-        lamps = np.concatenate([lamps, world_light(world_map.mean)])
+        lamps = np.concatenate([lamps, world_light(world_map.mean, scene.world_group.item())])
         world["map_width"], world["map_height"] = world_map.width, world_map.height
         cells = world_map.cumulated
     if world_map and world_map.sun_width:

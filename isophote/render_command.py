@@ -20,7 +20,7 @@ from isophote.device import DeviceError, open_device
 from isophote.film import Film
 from isophote.images import ImageError, check_writable, write_image
 from isophote.ledger import ledger_lines
-from isophote.passes import PASSES, USUAL, check_passes, make_aovs, make_passes
+from isophote.passes import PASSES, USUAL, check_passes, make_named, make_passes
 from isophote.scene import Scene, SceneError, load_scene, resized
 from isophote.session import Progress, Session
 from isophote.settings import Settings
@@ -118,7 +118,7 @@ def render_job(job: Job, console: Console) -> dict:
     scene, export_seconds = open_scene(job.scene, job.frame, job.size, job.blender, console)
     job = with_file_settings(job, scene)
     if job.output.suffix.lower() == ".exr":
-        job = replace(job, settings=replace(job.settings, aovs=scene.aovs))
+        job = replace(job, settings=replace(job.settings, named=scene.named))
     if device.kind == "opencl":
         device.take_up(job.settings)  # its kernels are for these
     session = Session(scene, job.settings, device)
@@ -155,7 +155,7 @@ def write_picture(job: Job, film: Film, result: dict, partial: bool) -> None:
         if result[name]:
             metadata[f"isophote:{name}"] = result[name]
     metadata["isophote:ledger"] = "; ".join(ledger_lines(result["ledger"]))
-    planes = make_passes(film, job.settings.passes) | make_aovs(film)
+    planes = make_passes(film, job.settings.passes) | make_named(film)
     try:
         write_image(job.output, planes, metadata)
     except ImageError as error:

@@ -60,12 +60,14 @@ FIELDS: dict[str, Field] = {
     "instance_to_world": Field("f8", ("I", 3, 4), "object to world, relative to origin"),
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
     "instance_index": Field("f4", ("I",), "Blender's pass index of the object", zeros=True),
+    "instance_group": Field("u4", ("I",), "light group of what it emits, 0: none, 1: the first", zeros=True),
     "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h)"),
     "slot_materials": Field("u4", ("Q",), "material of each slot"),
     "sphere_center": Field("f8", ("S", 3), "relative to origin"),
     "sphere_radius": Field("f8", ("S",), "metres"),
     "sphere_material": Field("u4", ("S",), ""),
     "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
+    "sphere_group": Field("u4", ("S",), "light group", zeros=True),
     "sphere_index": Field("f4", ("S",), "pass index of the object", zeros=True),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
     "material_index": Field("f4", ("P",), "pass index of the material", zeros=True),
@@ -100,7 +102,8 @@ FIELDS: dict[str, Field] = {
     "light_spot": Field("f8", ("L", 2), "full cone angle in radians, blend 0..1"),
     "light_spread": Field("f8", ("L",), "full angle in radians within which an area lamp shines; 0: no limit",
                           zeros=True),
-    "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK; LIGHT_BOUNCES (scene_records.h)"),
+    "light_flags": Field("u4", ("L",), "LIGHT_NO_SHADOW, LIGHT_NO_MIS, LIGHT_DISK; LIGHT_BOUNCES, LIGHT_GROUP "
+                                        "(kernels/scene_records.h)"),
     "light_material": Field("u4", ("L",), "one more than the number of the material whose emission multiplies its "
                                           "strength; 0: none", zeros=True),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
@@ -109,6 +112,7 @@ FIELDS: dict[str, Field] = {
     "world_hidden": Field("u4", (), "mask of RAY_ bits that do not see the world"),
     "world_sun": Field("f8", ("U", 4), "a disc in it that is drawn apart (U = 1): unit direction of its middle, half "
                                        "its angle in radians"),
+    "world_group": Field("u4", (), "light group"),
     "mist": Field("f8", (3,), "start, depth, metres from the camera; exponent of its falloff: 1, 2 or 0.5"),
 }
 
@@ -121,8 +125,8 @@ class SceneError(ValueError):
 class Scene:
     """Arrays by name (see FIELDS), the names of things for messages, and notes on what was left out.
 
-    `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names, "aovs" to those of AOV
-    outputs as Planes has them.
+    `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names, "aovs" and
+    "light_groups" to those of the passes that the scene names, AOVs as Planes has them.
     `notes` is a list of dicts {"kind", "name", "what"}: one for each node, light or object that was
     approximated or left out. `settings` is what the scene's file asks for, by name of settings.Settings;
     no part of the scene's hash.
@@ -143,6 +147,11 @@ class Scene:
     def aovs(self) -> tuple[str, ...]:
         """Its AOV outputs, as Planes has them."""
         return tuple(self.names.get("aovs", ()))
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The passes that it names, as Planes has them."""
+        return (*self.aovs, *(f"light:{name}" for name in self.names.get("light_groups", ())))
 
     def name_of(self, group: str, index: int) -> str:
         """The name of a thing for messages, or its number where it has none."""

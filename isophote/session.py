@@ -101,8 +101,9 @@ class Session:
             raise SceneError("; ".join(errors))
         self.region = checked_region(scene, settings)
         check_passes(settings.passes)
-        if settings.aovs not in ((), scene.aovs):
-            raise ValueError(f"AOVs {', '.join(settings.aovs)} of a scene that has {', '.join(scene.aovs) or 'none'}")
+        if settings.named not in ((), scene.named):
+            raise ValueError(f"passes {', '.join(settings.named)} of a scene that has "
+                             f"{', '.join(scene.named) or 'none'}")
         planes = film_planes(settings)
         self.film = film or Film(self.region, planes)
         if self.film.region != self.region or self.film.planes != planes:

@@ -9,7 +9,7 @@ PRECISIONS = ("strict", "fast", "reference")
 
 # What may change between two parts of one film: how far and how fast, not what each sample is.
 NOT_OF_THE_SAMPLES = ("samples", "time_limit", "error_target", "adaptive", "device", "wait_for_kernels", "threads",
-                      "passes", "aovs")
+                      "passes", "named")
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Settings:
     filter_width: float = 1.5  # pixels, Blackman-Harris
     film_transparent: bool = False
     passes: tuple[str, ...] = ("combined", "error")
-    aovs: tuple[str, ...] = ()  # all AOV outputs of the scene (Scene.aovs), or none
+    named: tuple[str, ...] = ()  # all AOV outputs and light groups of the scene (Scene.named), or none
     region: tuple[int, int, int, int] | None = None  # x0, y0, x1, y1 in pixels from the lower left
 
     def __post_init__(self):

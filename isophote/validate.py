@@ -430,6 +430,11 @@ def world_problems(scene: Scene) -> list[Problem]:
     if len(scene.uv_attribute) > 1 or (scene.uv_attribute >= scene.mesh_attributes.shape[1]).any():
         problems.append(Problem("error", "scene", f"its UV pass shows attribute {scene.uv_attribute.tolist()}, of "
                                                   f"{scene.mesh_attributes.shape[1]}"))
+    most = len(scene.names.get("light_groups", ()))
+    groups = {"instances": scene.instance_group, "spheres": scene.sphere_group, "lights": scene.light_flags >> 16,
+              "worlds": np.atleast_1d(scene.world_group)}
+    problems += [Problem("error", scene.name_of(name, index), f"is in light group {of[index]} of {most}")
+                 for name, of in groups.items() for index in np.flatnonzero(of > most)[:10]]
     for group in ("instances", "spheres", "materials"):
         for index in np.flatnonzero(~np.isfinite(scene.arrays[f"{group.removesuffix('s')}_index"])):
             problems.append(Problem("error", scene.name_of(group, index), "its pass index is not finite"))

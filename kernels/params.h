@@ -23,8 +23,9 @@
   X(float, clamp_indirect)                                                                     \
   X(int, cut_plane) /* the film's first plane of what clamping cuts off; 0: nothing is clamped */ \
   X(int, film_transparent)                                                                     \
-  X(uint, groups) /* mask of PLANE_GROUPS and GROUPS_AOVS */                                     \
-  X(int, aov_planes) /* behind the groups', of AOV outputs */                                    \
+  X(uint, groups) /* mask of PLANE_GROUPS, GROUPS_AOVS and GROUPS_LIGHT_GROUPS */                \
+  X(int, named_planes) /* behind the groups': AOV outputs and light groups */                    \
+  X(int, light_plane) /* first of them of a light group */                                       \
   X(int, listed) /* 1: `width` pixels of a list in one row, instead of a region's */
 
 typedef struct {
@@ -75,6 +76,7 @@ enum {
 #undef X
 };
 #define GROUPS_AOVS 0x80000000u
+#define GROUPS_LIGHT_GROUPS 0x40000000u
 #define GROUPS_OF_SAMPLE_0 4
 #define MOST_PLANES 80
 /* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
@@ -103,6 +105,6 @@ FN uint plane_of(uint groups, uint group) {
 FN uint planes_end(uint groups) { return plane_of(groups, 32u); }
 
 /* Planes that an item adds to. */
-FN uint film_planes(Params p) { return planes_end(film_groups(p)) + uint_of(p.aov_planes) + (p.cut_plane ? PLANES_CUT : 0u); }
+FN uint film_planes(Params p) { return planes_end(film_groups(p)) + uint_of(p.named_planes) + (p.cut_plane ? PLANES_CUT : 0u); }
 
 #endif

@@ -12,7 +12,8 @@
 #define GROUPS_SPLIT                                                                                            \
   (GROUP_BIT(diffuse_direct) | GROUP_BIT(diffuse_indirect) | GROUP_BIT(glossy_direct) | GROUP_BIT(glossy_indirect) | \
    GROUP_BIT(transmission_direct) | GROUP_BIT(transmission_indirect))
-#define GROUPS_LIGHT (GROUPS_SPLIT | GROUP_BIT(emission) | GROUP_BIT(environment) | GROUP_BIT(denoising_albedo))
+#define GROUPS_LIGHT                                                                                        \
+  (GROUPS_SPLIT | GROUP_BIT(emission) | GROUP_BIT(environment) | GROUP_BIT(denoising_albedo) | GROUPS_LIGHT_GROUPS)
 /* Of the first surface that the path meets, and of those that it sees through transparent ones. */
 #define GROUPS_FIRST                                                                                     \
   (GROUP_BIT(depth) | GROUP_BIT(position) | GROUP_BIT(object_index) | GROUP_BIT(material_index) |        \
@@ -134,12 +135,35 @@ FN int is_guiding(GLOBAL const real *columns, uint stride, uint slot, uint group
   return columns[(first_guide(groups) + 3u) * stride + slot] != REAL(0.0);
 }
 
-/* Where light comes from: a group, of what the camera sees itself, or one of these. */
+/* Light groups: of what a path runs into, and of the light drawn at its vertex, in the column behind all others. */
+FN uint object_light_group(Scene s, Hit h) {
+  World w = s.world[0];
+  if (w.sphere_groups == NONE) return 0u;
+  return s.light_groups[h.instance == SPHERE_INSTANCE ? w.sphere_groups + h.primitive : h.instance];
+}
+FN uint drawn_light_group(Scene s, LightWalk walk) { return LIGHT_GROUP(s.lights[walk.at & ~CLUSTER_LIGHT].flags); }
+FN uint drawn_group_column(Params params) { return pass_columns(film_groups(params)) + uint_of(params.named_planes); }
+
+/* Where light comes from: a group, of what the camera sees itself, or one of these; and above eight bits its light
+ * group, which of drawn light is in the path's column. */
 #define FROM_PATH 32u
 #define FROM_LIGHT 33u
-FN uint seen_from(Path p, uint group) { return path_bounce(p) == 0 ? group : FROM_PATH; }
+FN uint seen_from(Path p, uint group, uint light_group) { return (path_bounce(p) == 0 ? group : FROM_PATH) | light_group << 8; }
 
-FN void add_light_passes(GLOBAL real *columns, uint stride, uint slot, uint groups, Brought b, uint from) {
+FN void add_light_group(GLOBAL real *columns, uint stride, uint slot, Params params, real3 light, uint group) {
+  if (group == 0u) return;
+  uint first = pass_columns(film_groups(params)) + uint_of(params.light_plane) + 3u * (group - 1u);
+  columns[first * stride + slot] += light.x;
+  columns[(first + 1u) * stride + slot] += light.y;
+  columns[(first + 2u) * stride + slot] += light.z;
+}
+
+FN void add_light_passes(GLOBAL real *columns, uint stride, uint slot, Params params, Brought b, uint where) {
+  uint groups = film_groups(params), from = where & 255u;
+  if (has_any(groups, GROUPS_LIGHT_GROUPS)) {
+    uint drawn = from == FROM_LIGHT ? uint_of(columns[drawn_group_column(params) * stride + slot]) : where >> 8;
+    add_light_group(columns, stride, slot, params, b.light, drawn);
+  }
   if (has_group(groups, GROUP_denoising_albedo) && from != FROM_LIGHT && is_guiding(columns, stride, slot, groups))
     add_to_plane(columns, stride, slot, groups, GROUP_denoising_albedo, load_guide(columns, stride, slot, groups) * b.light);
   if (from < FROM_PATH) {
@@ -202,8 +226,8 @@ FN Look look_at_surface(Scene s, Material m, Surface at, Path p, const real *r, 
 /* Values of a path that has met nothing yet. */
 FN void clear_columns(GLOBAL real *columns, uint stride, uint slot, Params params) {
   uint groups = film_groups(params);
-  if (has_any(groups, GROUPS_AOVS))
-    for (int k = 0; k < params.aov_planes; k++) columns[(pass_columns(groups) + uint_of(k)) * stride + slot] = REAL(0.0);
+  if (has_any(groups, GROUPS_AOVS | GROUPS_LIGHT_GROUPS))
+    for (int k = 0; k < params.named_planes; k++) columns[(pass_columns(groups) + uint_of(k)) * stride + slot] = REAL(0.0);
   for (uint k = 0u; k < planes_end(groups) - PLANES_COMBINED; k++) columns[k * stride + slot] = REAL(0.0);
   set_number(columns, stride, slot, groups, GROUP_depth, DEPTH_NOTHING);
   if (has_any(groups, GROUPS_DENOISING))

@@ -126,6 +126,8 @@ typedef struct {
   float mist_falloff;           /* exponent: 1, 2 or 0.5 */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
   uint aovs; /* AOV outputs of each material */
+  uint light_group;   /* of the world */
+  uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
 } World;
 
@@ -247,11 +249,12 @@ typedef struct {
 #define LIGHT_ELLIPSE 4
 #define LIGHT_TRIANGLE 5 /* made from emissive triangles when the scene is prepared */
 #define LIGHT_WORLD 6    /* radiance: its mean */
+#define LIGHT_GROUP(flags) ((flags) >> 16) /* 0: none, 1: the first */
 #define LIGHT_NO_SHADOW 1u
 #define LIGHT_NO_MIS 2u
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
 #define LIGHT_STRETCHED 16u /* spots: u and v have lengths by which the cone is not round */
-#define LIGHT_BOUNCES(flags) ((flags) >> 8) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
+#define LIGHT_BOUNCES(flags) (((flags) >> 8) & 255u) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
 /* What counts is computed where the light is drawn (shine.h). Of triangles and the world radiance is an estimate; that of
  * lamps is to be multiplied with what their material emits. */
 #define LIGHT_COMPUTED 8u

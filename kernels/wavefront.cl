@@ -80,7 +80,7 @@ FN void add_result(GLOBAL real *results, GLOBAL real *columns, uint stride, uint
   results[stride + slot] += b.light.y;
   results[2u * stride + slot] += b.light.z;
   if (CLAMPS) results[(4u + uint_of(b.indirect)) * stride + slot] += cut_luminance(b);
-  if (has_any(film_groups(params), GROUPS_LIGHT)) add_light_passes(columns, stride, slot, film_groups(params), b, from);
+  if (has_any(film_groups(params), GROUPS_LIGHT)) add_light_passes(columns, stride, slot, params, b, from);
 }
 
 FN void count_limits(GLOBAL uint *limits, uint reached) {
@@ -221,7 +221,7 @@ typedef struct {
 } Shaded;
 
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
-  add_result(results, columns, stride, p.slot, params, see_world(s, params, p, r), seen_from(p, GROUP_environment));
+  add_result(results, columns, stride, p.slot, params, see_world(s, params, p, r), seen_from(p, GROUP_environment, s.world[0].light_group));
   results[3u * stride + p.slot] -= lost_alpha(params, p);
 }
 
@@ -237,7 +237,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
       LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
       if (seen.hit)
         add_result(results, columns, stride, p.slot, params, see_lamp(s, params, s.lights[l], p, seen, registers),
-                   seen_from(p, GROUP_emission));
+                   seen_from(p, GROUP_emission, LIGHT_GROUP(s.lights[l].flags)));
     }
   }
   Surface at;
@@ -261,7 +261,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   uint groups = film_groups(params);
   if (m.flags & MATERIAL_EMITS)
     add_result(results, columns, stride, p.slot, params, see_emission(s, params, m, p, h, registers),
-               seen_from(p, GROUP_emission));
+               seen_from(p, GROUP_emission, has_any(groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u));
   if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
     results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
@@ -309,6 +309,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     LightWalk walk = start_walk(u.x);
     Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
     for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
+    if (has_any(groups, GROUPS_LIGHT_GROUPS))
+      columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
     light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
   }
 
@@ -462,11 +464,11 @@ __kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT
       if (plane_takes(groups, a, sample) & is_addable(value) & (lit | (a < first_light_plane(groups))))
         sums[a * plane + at] += value;
     }
-    if (has_any(groups, GROUPS_AOVS)) {
-      for (int a = 0; a < params.aov_planes; a++) {
+    if (has_any(groups, GROUPS_AOVS | GROUPS_LIGHT_GROUPS)) {
+      for (int a = 0; a < params.named_planes; a++) {
         real value = columns[(pass_columns(groups) + uint_of(a)) * stride + slot];
         valid &= is_addable(value);
-        if (is_addable(value)) sums[(planes_end(groups) + uint_of(a)) * plane + at] += value;
+        if (is_addable(value) & (lit | (a < params.light_plane))) sums[(planes_end(groups) + uint_of(a)) * plane + at] += value;
       }
     }
     if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;

@@ -100,7 +100,7 @@ static void add_light(Batch &__restrict b, Params params, uint i, Brought brough
   b.blue[slot] += brought.light.z;
   if (params.cut_plane) b.cut[brought.indirect][slot] += cut_luminance(brought);
   if (has_any(params.groups, GROUPS_LIGHT))
-    add_light_passes(b.slot_columns.data(), CAPACITY, slot, params.groups, brought, from);
+    add_light_passes(b.slot_columns.data(), CAPACITY, slot, params, brought, from);
 }
 
 FN Brought load_brought(Batch &b, Params params, uint i) {

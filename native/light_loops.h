@@ -33,7 +33,8 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
       seen.pdf = b.light_pdf[i];
       seen.t = b.distance[i];
       Path p = path_at(columns, i);
-      add_light(b, params, i, see_lamp(s, params, lamp, p, seen, b.shadow_registers.data()), seen_from(p, GROUP_emission));
+      add_light(b, params, i, see_lamp(s, params, lamp, p, seen, b.shadow_registers.data()),
+                seen_from(p, GROUP_emission, LIGHT_GROUP(lamp.flags)));
     }
   }
 }

@@ -146,7 +146,7 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
   size_t plane = size_t(params.width) * size_t(params.height);
   uint groups = params.groups, end = planes_end(groups), first_light = first_light_plane(groups);
   /* AOV outputs and what clamping cuts off lie behind the groups; of the latter `total` has them at its end. */
-  uint aovs = uint(params.aov_planes), cuts = params.cut_plane ? PLANES_CUT : 0u;
+  uint aovs = uint(params.named_planes), cuts = params.cut_plane ? PLANES_CUT : 0u;
   for (uint pixel = 0; pixel < part.pixels; pixel++) {
     float total[MOST_PLANES];
     float *own = sums + part.at[pixel];
@@ -177,7 +177,7 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
       for (uint a = 0; a < aovs; a++) {
         real value = b.slot_columns[(pass_columns(groups) + a) * CAPACITY + slot];
         valid &= is_addable(value);
-        if (is_addable(value)) own[(end + a) * plane] += to_float(value);
+        if (is_addable(value) & (lit | int(a < uint(params.light_plane)))) own[(end + a) * plane] += to_float(value);
       }
       if (!valid) total[PLANE_INVALID] += 1.0f;
     }
@@ -255,7 +255,7 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     FlushGuard guard;
     auto batch = std::make_unique<Batch>();
     make_registers(*batch, s);
-    batch->slot_columns.resize(size_t(pass_columns(cut.params.groups) + uint(cut.params.aov_planes)) * CAPACITY);
+    batch->slot_columns.resize(size_t(drawn_group_column(cut.params) + 1) * CAPACITY);
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
 #pragma omp for schedule(dynamic, 1)

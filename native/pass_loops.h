@@ -47,6 +47,22 @@ static void show_surfaces(Batch &__restrict b, Scene s, Params params, Material 
                  load_hit(b, i), registers_at(b, i));
 }
 
+FN LightWalk load_walk(const Batch &b, uint i) {
+  LightWalk w;
+  w.at = b.walk_at[i];
+  w.chance = b.walk_chance[i];
+  w.u = b.walk_u[i];
+  return w;
+}
+
+/* Light groups of the lights that walks have chosen. */
+static void note_drawn_groups(Batch &__restrict b, Scene s, Params params, Group g) {
+  Columns columns = b.columns();
+  real *groups = b.slot_columns.data() + drawn_group_column(params) * CAPACITY;
+  for (uint i = g.first; i < g.end; i++)
+    groups[path_at(columns, i).slot] = real_of(drawn_light_group(s, load_walk(b, i)));
+}
+
 /* Of the light that comes to paths' first vertices. */
 static void note_light_shares(Batch &__restrict b, Params params, Group g) {
   Columns columns = b.columns();

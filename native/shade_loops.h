@@ -23,7 +23,7 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment));
+    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
     b.alpha[p.slot] -= lost_alpha(params, p);
     b.alive[i] = 0;
   }
@@ -42,7 +42,9 @@ static void shade_emission(Batch &__restrict b, Scene s, Params params, Material
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_emission(s, params, m, p, load_hit(b, i), registers_at(b, i)), seen_from(p, GROUP_emission));
+    Hit h = load_hit(b, i);
+    uint light_group = has_any(params.groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u;
+    add_light(b, params, i, see_emission(s, params, m, p, h, registers_at(b, i)), seen_from(p, GROUP_emission, light_group));
   }
 }
 
@@ -326,6 +328,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
     choose_lights(b, s, m, g);
+    if (has_any(params.groups, GROUPS_LIGHT_GROUPS)) note_drawn_groups(b, s, params, g);
     uint features = s.world[0].features;
     constexpr uint LAMPS = FEATURE_LAMPS | FEATURE_SHINES, WORLD = LAMPS | FEATURE_WORLD_LIGHT;
     constexpr uint SUN = WORLD | FEATURE_WORLD_SUN;

@@ -119,6 +119,7 @@ class Builder:
     world: object = 0.0
     camera: dict = field(default_factory=dict)
     aovs: tuple[str, ...] = ()
+    light_groups: tuple[str, ...] = ()
     shown: dict = field(default_factory=dict)  # by material: three numbers or Values for each AOV
 
     def __post_init__(self):
@@ -206,7 +207,8 @@ class Builder:
             names = ("kind", "to_world", "strength", "size", "spot", "flags", "spread", "material", "visibility")
             columns = zip(*self.lamps, strict=True)
             arrays |= {f"light_{name}": np.stack(column) for name, column in zip(names, columns, strict=True)}
-        scene = make_scene({"aovs": list(self.aovs)}, **{name: np.asarray(value) for name, value in arrays.items()})
+        names = {"aovs": self.aovs, "light_groups": self.light_groups}
+        scene = make_scene(names, **{name: np.asarray(value) for name, value in arrays.items()})
         errors = [str(problem) for problem in validate(scene) if problem.severity == "error"]
         assert not errors, errors
         return scene

@@ -74,6 +74,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     arrays |= {"material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),
+               "world_group": gatherer.light_groups.of(scene.world),
                "uv_attribute": [] if gatherer.uv is None else [gatherer.uv]}
     if gatherer.lookups.attributes:
         arrays |= join_attributes(list(gatherer.lookups.attributes), meshes.attributes)
@@ -84,6 +85,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         "materials": gatherer.material_names,
         "lights": [lamp.name for lamp in gatherer.lamps],
         "aovs": list(gatherer.aovs) if gatherer.programs else [],
+        "light_groups": list(gatherer.light_groups.names),
     }
     return make_scene(names, notes.entries, **arrays)
 
@@ -91,7 +93,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
     if not gatherer.instances:
         return {}
-    numbers, meshes, slots, visibility, _, indices = zip(*gatherer.instances, strict=True)
+    numbers, meshes, slots, visibility, _, indices, groups = zip(*gatherer.instances, strict=True)
     matrices = gatherer.matrices[list(numbers), :3]
     matrices[:, :, 3] -= gatherer.origin
     return {
@@ -100,6 +102,7 @@ def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
         "instance_slots": np.array(slots, np.uint32),
         "instance_visibility": np.array(visibility, np.uint32),
         "instance_index": np.array(indices, np.float32),
+        "instance_group": np.array(groups, np.uint32),
         "slot_materials": np.array(gatherer.slots, np.uint32),
     }
 
@@ -107,11 +110,12 @@ def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
 def join_spheres(spheres: list[tuple]) -> dict[str, np.ndarray]:
     if not spheres:
         return {}
-    centres, radii, materials, visibility, _, indices = zip(*spheres, strict=True)
+    centres, radii, materials, visibility, _, indices, groups = zip(*spheres, strict=True)
     return {
         "sphere_center": np.stack(centres),
         "sphere_radius": np.array(radii, np.float64),
         "sphere_material": np.array(materials, np.uint32),
         "sphere_visibility": np.array(visibility, np.uint32),
         "sphere_index": np.array(indices, np.float32),
+        "sphere_group": np.array(groups, np.uint32),
     }

@@ -15,6 +15,7 @@ from .aovs import aovs_of
 from .changes import Meshes
 from .instance_values import KINDS, instance_values, property_value
 from .light import Lamp, export_light
+from .light_groups import LightGroups
 from .lookups import Lookups
 from .material import material_program
 
@@ -42,14 +43,14 @@ class Gatherer:
         self.override = getattr(self.view_layer, "material_override", None)
         self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
-        self.aovs = aovs_of(self.view_layer)
+        self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
         self.slots: list[int] = []
-        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index)
-        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index)
+        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index, group)
+        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group)
         self._material_of: dict = {}
         self._slots_of: dict[tuple, int] = {}
         self._looks: dict[tuple, tuple] = {}  # what instances of one object share: the end of their tuple
@@ -99,6 +100,7 @@ class Gatherer:
 
         lamp = export_light(ob, self.matrices[number], self.origin, visibility, self.notes, self.lookups, known)
         if lamp is not None:
+            lamp.flags |= self.light_groups.of(ob) << 16
             self.lamps.append(lamp)
 
     def add_object(self, number: int, instance, ob, key: tuple) -> None:
@@ -112,7 +114,7 @@ class Gatherer:
         if mesh is None:
             return
         slots = self.slots_of(ob, self.meshes.needed[mesh])
-        self._looks[key] = mesh, slots, visibility, ob.name, ob.pass_index
+        self._looks[key] = mesh, slots, visibility, ob.name, ob.pass_index, self.light_groups.of(ob)
         self.instances.append((number, *self._looks[key]))
 
     def add_sphere(self, matrix: np.ndarray, ob, visibility: int) -> None:
@@ -124,7 +126,8 @@ class Gatherer:
             self.notes.add("object", ob.name, "rendered as a sphere, but its sides differ: the longest counts")
         centre = (matrix[:3, :3] * (0.5 * (low + high))).sum(axis=1) + matrix[:3, 3] - self.origin
         material = self.slot_list(ob)[0]
-        self.spheres.append((centre, 0.5 * sides.max(), material, visibility, ob.name, ob.pass_index))
+        look = material, visibility, ob.name, ob.pass_index, self.light_groups.of(ob)
+        self.spheres.append((centre, 0.5 * sides.max(), *look))
 
     def slots_of(self, ob, needed: int) -> int:
         """First entry in slot_materials of an object's slots; equal lists are kept once."""

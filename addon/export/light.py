@@ -25,7 +25,7 @@ from .values import Values
 
 NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
 NARROWEST_SPREAD = 1e-3  # radians: 0 stands for a parallel beam in Blender, and for no limit in a scene
-UNLIMITED, BOUNCES_SHIFT = 1024, 8  # Blender's highest limit of bounces; LIGHT_BOUNCES of kernels/scene_records.h
+UNLIMITED, BOUNCES_SHIFT = 255, 8  # bounces that no path has; LIGHT_BOUNCES of kernels/scene_records.h
 
 
 @dataclass

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from isophote.passes import make_aovs, make_passes
+from isophote.passes import make_named, make_passes
 from isophote.session import Session
 from isophote.settings import Settings
-from tests.parity.scenes.shown import AOVS, shown
+from tests.parity.scenes.shown import NAMED, shown
 from tests.scenes import Builder, diffuse, program, quad, render
 
 CORNER = 4  # DOMAIN_ number
@@ -77,8 +77,8 @@ def test_a_denoiser_looks_into_mirrors():
 
 def test_aovs_of_the_first_surface():
     """Numbers and colours of each material, constant and not; a colour has an alpha where something is seen."""
-    film = render(shown(), 1, passes=("combined", "object_index", "position"), aovs=AOVS)
-    made, passes = make_aovs(film), make_passes(film, ("object_index", "position"))
+    film = render(shown(), 1, passes=("combined", "object_index", "position"), named=NAMED)
+    made, passes = make_named(film), make_passes(film, ("object_index", "position"))
     assert made["Mask"].shape == (16, 20, 4) and made["Height"].shape == (16, 20, 1)
     of, position = passes["IndexOB"][..., 0], passes["Position"]
     np.testing.assert_allclose(made["Mask"][of == 1][:, :3], position[of == 1], rtol=1e-5)
@@ -88,5 +88,5 @@ def test_aovs_of_the_first_surface():
 
 
 def test_aovs_are_those_of_the_scene():
-    with pytest.raises(ValueError, match="AOVs value:Depth of a scene that has color:Mask, value:Height"):
-        Session(shown(), Settings(aovs=("value:Depth",)))
+    with pytest.raises(ValueError, match="passes value:Depth of a scene that has color:Mask, value:Height"):
+        Session(shown(), Settings(named=("value:Depth",)))

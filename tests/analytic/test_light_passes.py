@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from isophote.passes import PASSES, make_passes
+from isophote.passes import PASSES, make_named, make_passes
+from isophote.values import ARITHMETIC
 from tests.parity.scenes import SCENES
+from tests.parity.scenes.shown import GROUPS, NAMED, shown
 from tests.scenes import POINT, SUN, Builder, ball, diffuse, emission, pixels, place, program, quad, render
 
 KINDS = ("Diff", "Gloss", "Trans")
@@ -99,3 +101,40 @@ def test_mixed_closures_have_each_their_own_light():
             ours, theirs = (parts[f"{kind}{of}"][ball_only].mean() for parts in (mixed, alone))
             np.testing.assert_allclose(ours, theirs, **close)
             assert ours > 0.01
+
+
+# ------------------------------------------------------------------ light groups
+
+
+@pytest.mark.parametrize("settings", [{}, dict(clamp_direct=0.5, clamp_indirect=0.1)], ids=["whole", "clamped"])
+def test_groups_of_all_lights_are_the_picture(settings):
+    film = render(shown(), 32, passes=("combined",), named=NAMED, **settings)
+    made = make_named(film)
+    together = sum(made[f"Combined_{name}"].astype(float) for name in GROUPS)
+    picture = pixels(film)[..., :3]
+    np.testing.assert_allclose(together, picture, rtol=1e-5, atol=1e-6 * picture.max())
+    assert all(made[f"Combined_{name}"].mean() > 0.01 for name in GROUPS)
+
+
+@pytest.mark.parametrize("varying", [False, True], ids=["even", "map"])
+def test_each_group_has_its_own_light(varying):
+    """A floor in the sun, under a world and a panel: what the sun brings is known, the others by renders without it."""
+    def floor(sun, groups):
+        b = Builder((6, 6), light_groups=("Sun", "Other"))
+        b.look((0, -1, 3), (0, 0, 0), 0.3)
+        b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
+        b.add(quad((0, 1, 1), (0.5, 0, 0), (0, 0, 0.5)), emission(2.0))
+        b.world, others = 0.3, {}
+        if varying:
+            b.material(program(("emission", (0.1, 0.2, 0.3))))
+            b.material(emission(tuple(ARITHMETIC.call("position", ())[:3])))
+            others = dict(world_material=[3])
+        if sun:
+            b.lamp(SUN, 3.0, flags=groups[0] << 16)
+        return b.make(instance_group=[0, groups[1]], world_group=groups[1], **others)
+
+    sun, others, nothing = (make_named(render(scene, 1024, passes=("combined",), named=scene.named, max_bounces=0))
+                            for scene in (floor(True, (1, 2)), floor(False, (1, 2)), floor(True, (0, 0))))
+    assert sun["Combined_Sun"].mean() == pytest.approx(0.5 * 3 / np.pi, rel=0.02)
+    np.testing.assert_allclose(sun["Combined_Other"].mean((0, 1)), others["Combined_Other"].mean((0, 1)), rtol=0.05)
+    assert not others["Combined_Sun"].any() and not any(plane.any() for plane in nothing.values())

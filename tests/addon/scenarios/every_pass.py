@@ -80,6 +80,12 @@ for made, share in ((bpy.data.materials["Floor"], 0.25), (bpy.data.materials["Gl
         setattr(node, "aov_name" if hasattr(node, "aov_name") else "name", name)
         node.inputs["Value"].default_value = share
         made.node_tree.links.new(nodes.new("ShaderNodeNewGeometry").outputs["Position"], node.inputs["Color"])
+for name in ("Sky", "Lights"):
+    bpy.ops.scene.view_layer_add_lightgroup(name=name)
+scene.world.lightgroup = "Sky"
+for thing in bpy.data.objects:
+    if thing.type == "LIGHT" or any(slot.material.name == "Panel" for slot in thing.material_slots):
+        thing.lightgroup = "Lights"
 mist = scene.world.mist_settings
 mist.start, mist.depth, mist.falloff = 9.0, 12.0, "QUADRATIC"
 cycles, own = scene.cycles, scene.isophote

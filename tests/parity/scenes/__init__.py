@@ -6,7 +6,7 @@ from isophote.scene import Scene
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
 from tests.parity.scenes.pictures import pictures
-from tests.parity.scenes.shown import AOVS, shown
+from tests.parity.scenes.shown import NAMED, shown
 from tests.parity.scenes.skies import under_skies
 from tests.scenes import (
     CAMERA,
@@ -194,7 +194,7 @@ SETTINGS = {
     "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
     "inputs": dict(max_bounces=6),
-    "shown": dict(film_transparent=True, aovs=AOVS),
+    "shown": dict(film_transparent=True, named=NAMED),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
     "under_skies": dict(max_bounces=4),
 }
