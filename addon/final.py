@@ -72,8 +72,9 @@ def render_layer(engine, depsgraph) -> None:
     region = frame_border(blender_scene.render, scene.resolution)
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     if not blender_scene.render.use_multiview:
+        scene = seen_from(scene, engine, depsgraph)
         if render_view(engine, scene, settings, blender_scene.name, view_layer.name, export_seconds):
-            engine.changes = changes
+            engine.changes = None if blender_scene.render.use_motion_blur else changes  # other frames were evaluated
         return
     for view in view_names(engine):
         log.line(f"view {view}")

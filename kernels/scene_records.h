@@ -35,6 +35,7 @@
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 #define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
 #define FEATURE_PANORAMA 16777216u /* a camera that is neither perspective nor orthographic */
+#define FEATURE_CAMERA_MOTION 33554432u /* the camera moves while its shutter is open */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -66,6 +67,8 @@ typedef struct {
   float shift_x, shift_y; /* of a panorama's window */
   float eye, convergence; /* of spherical stereo: offset to the side, distance where eyes meet, 0: nowhere; metres */
   float merge_from, merge_to; /* elevations between which the offset fades, radians; 0: it stays */
+  int poses;     /* records that follow, where the camera moves */
+  float turn[4]; /* of these: from the camera's axes to theirs */
 } Camera;
 
 /* A reference into the tree: kind in the two highest bits, index in the others. */
