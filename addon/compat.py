@@ -144,6 +144,12 @@ def panorama_of(camera):
     return camera if hasattr(camera, "panorama_type") else getattr(camera, "cycles", None)
 
 
+def shutter_position(scene) -> str:
+    """Where the frame lies in the time that the shutter is open: START, CENTER or END."""
+    position = getattr(scene.render, "motion_blur_position", None)  # of Cycles in older versions
+    return position or getattr(getattr(scene, "cycles", None), "motion_blur_position", "CENTER")
+
+
 def casts_shadow(light) -> bool:
     """Whether Cycles lets a lamp cast shadows: a property of its own until 4.1, Blender's since."""
     cycles = getattr(light, "cycles", None)

@@ -11,7 +11,7 @@ import bpy
 
 from isophote.scene import SceneError
 
-from .export import export_scene
+from .export import export_scene, seen_from
 
 
 class Exporter(bpy.types.RenderEngine):
@@ -25,7 +25,7 @@ class Exporter(bpy.types.RenderEngine):
     def render(self, depsgraph):
         try:
             start = time.perf_counter()
-            scene = export_scene(depsgraph)
+            scene = seen_from(export_scene(depsgraph), self, depsgraph)
             self.scenes.append((scene, time.perf_counter() - start))
         except Exception as error:  # Blender would print it and go on
             traceback.print_exc()

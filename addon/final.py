@@ -76,10 +76,10 @@ def render_layer(engine, depsgraph) -> None:
     if not engine.is_preview:
         settings = replace(settings, named=scene.named)
     if not blender_scene.render.use_multiview:
-        only = [scene]
+        only = [seen_from(scene, engine, depsgraph)]
         del scene
         if render_view(engine, only, settings, blender_scene.name, view_layer.name, export_seconds):
-            engine.changes = changes
+            engine.changes = None if blender_scene.render.use_motion_blur else changes  # other frames were evaluated
         return
     for view in view_names(engine):
         log.line(f"view {view}")

@@ -80,9 +80,9 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     buffers = geometry.buffers | {
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
-        "filter_table": blackman_harris_table(), "albedo_tables": albedo_tables(instructions),
-        "world": make_world(scene),
-        "light_groups": light_groups(scene), "pass_indices": pass_indices(scene), "aovs": make_aovs(scene)}
+        "filter_table": filter_tables(scene), "albedo_tables": albedo_tables(instructions),
+        "world": make_world(scene), "light_groups": light_groups(scene), "pass_indices": pass_indices(scene),
+        "aovs": make_aovs(scene)}
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
@@ -176,12 +176,14 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
 
 
 def make_camera(scene: Scene) -> np.ndarray:
-    """The camera's record."""
+    """The camera's record, then those of its poses."""
     matrix = scene.camera_to_world
     left, right, bottom, top = scene.camera_window
     polynomial = scene.camera_kind == numbers()["CAMERA_POLYNOMIAL"]
     middle = abs(scene.camera_panorama[2]) if polynomial else 1.0  # angle by distance there
-    return make_records(
+    poses = make_records("Camera", len(scene.camera_poses), position=scene.camera_poses[:, :3],
+                         turn=scene.camera_poses[:, 3:])
+    camera = make_records(
         "Camera", 1, x=matrix[:, 0], y=matrix[:, 1], z=matrix[:, 2], position=matrix[:, 3], left=left, right=right,
         bottom=bottom, top=top,
         pixel=0.5 * (abs(right - left) / scene.resolution[0] + abs(top - bottom) / scene.resolution[1]) * middle,
@@ -191,7 +193,8 @@ def make_camera(scene: Scene) -> np.ndarray:
         width=scene.resolution[0], height=scene.resolution[1], reach=scene.camera_panorama[0],
         polynomial=scene.camera_panorama[1:6], shift_x=scene.camera_panorama[6], shift_y=scene.camera_panorama[7],
         eye=scene.camera_stereo[0], convergence=scene.camera_stereo[1], merge_from=scene.camera_stereo[2],
-        merge_to=scene.camera_stereo[3])
+        merge_to=scene.camera_stereo[3], poses=len(poses))
+    return np.concatenate([camera, poses])
 
 
 def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -293,6 +296,23 @@ def blackman_harris_table() -> np.ndarray:
     return np.interp(np.linspace(0, 1, FILTER_STEPS + 1), cdf / cdf[-1], x).astype(np.float32)
 
 
+def filter_tables(scene: Scene) -> np.ndarray:
+    """Those that camera rays are drawn by: of the pixel filter, and where the camera moves of its shutter."""
+    if not len(scene.camera_poses):
+        return blackman_harris_table()
+    return np.concatenate([blackman_harris_table(), shutter_table(scene.shutter_curve)])
+
+
+def shutter_table(curve: np.ndarray) -> np.ndarray:
+    """Inverse CDF of a curve that is linear between its values, float32; of an even one where it is empty."""
+    if not len(curve) or not curve.sum() > 0.0:
+        curve = np.ones(2)
+    time = np.linspace(0.0, 1.0, 1 << 14 | 1)
+    open_ = np.interp(time, np.linspace(0.0, 1.0, len(curve)), curve)
+    cdf = np.concatenate([[0.0], np.cumsum(0.5 * (open_[1:] + open_[:-1]))])
+    return np.interp(np.linspace(0, 1, FILTER_STEPS + 1), cdf / cdf[-1], time).astype(np.float32)
+
+
 def albedo_tables(instructions: np.ndarray) -> np.ndarray:
     """The tables of kernels/bsdf/ where a closure needs them, else nothing."""
     needless = [OPERATIONS[name][0] for name in TABLELESS]
@@ -322,6 +342,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_EMISSION": materials["emission"].any(),
         "FEATURE_LENS": scene.camera_lens[0] > 0,
         "FEATURE_PANORAMA": scene.camera_kind >= n["CAMERA_EQUIRECTANGULAR"],
+        "FEATURE_CAMERA_MOTION": len(scene.camera_poses) > 0,
         "FEATURE_VALUES": len(scene.step_op) > 0 or len(scene.uv_attribute) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,

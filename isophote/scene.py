@@ -4,7 +4,8 @@ One table, FIELDS, names each array with its type, shape and meaning; saving, lo
 validating walk over it.  Counts: V vertices, T triangles, N normals, E entries for triangles that have
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
 Z steps, C numbers of tables, A attributes, B numbers of attributes, D AOVs, O instances of which values are known (I or
-0), R numbers of each, G images, X bytes, W, U and Y 0 or 1.
+0), R numbers of each, G images, X bytes, W, U and Y 0 or 1, J poses of the camera (0 or 2 and
+more), H numbers of a curve.
 """
 
 from __future__ import annotations
@@ -49,6 +50,9 @@ FIELDS: dict[str, Field] = {
     "camera_stereo": Field("f8", (4,), "of a panorama that is one eye of two: offset to the right, distance where both "
                                        "look at the same (0: nowhere), metres; elevations between which the offset "
                                        "fades to nothing, radians (0: it stays)"),
+    "camera_poses": Field("f8", ("J", 7), "of a camera that moves, evenly from the shutter's opening to its closing: "
+                                          "place relative to origin; turn from camera_to_world, x, y, z, w"),
+    "shutter_curve": Field("f8", ("H",), "how open the shutter is, evenly over its time; empty: open at once"),
     "vertices": Field("f4", ("V", 3), "object space"),
     "triangles": Field("u4", ("T", 3), "indices into vertices"),
     "triangle_slots": Field("u2", ("E",), "material slot of each triangle within its mesh; empty where all are 0"),

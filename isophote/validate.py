@@ -153,7 +153,7 @@ def camera_problems(scene: Scene) -> list[Problem]:
     if not 0 <= scene.camera_kind < numbers()["CAMERA_KINDS"]:
         problems.append(Problem("error", "camera", f"kind {int(scene.camera_kind)} is not known"))
     for name in ("camera_to_world", "camera_window", "camera_clip", "camera_lens", "camera_panorama", "camera_stereo",
-                 "origin"):
+                 "camera_poses", "shutter_curve", "origin"):
         if not np.isfinite(scene.arrays[name]).all():
             problems.append(Problem("error", "camera", f"{name} is not finite"))
     if problems:
@@ -162,6 +162,8 @@ def camera_problems(scene: Scene) -> list[Problem]:
     left, right, bottom, top = scene.camera_window
     if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-3:
         problems.append(Problem("error", "camera", "camera_to_world is not rigid"))
+    elif len(scene.camera_poses) == 1 or (scene.shutter_curve < 0.0).any():
+        problems.append(Problem("error", "camera", "it has one pose alone to move by, or a negative shutter curve"))
     elif scene.camera_lens[0] > 0 and not (scene.camera_lens[[1, 4]] > 0).all():
         problems.append(Problem("error", "camera", "its lens has no distance in focus, or no ratio"))
     elif scene.camera_kind >= numbers()["CAMERA_EQUIRECTANGULAR"]:

@@ -7,6 +7,7 @@
 #include "ray.h"
 
 #define FILTER_STEPS 1024 /* the table has one entry more */
+#define SHUTTER_TABLE (FILTER_STEPS + 1) /* where the shutter's begins, which is as long */
 
 /* Offset from the pixel's centre in widths of the filter, drawn in proportion to the pixel filter (importance
  * sampling of the filter: Ernst, Stamminger and Greiner 2006); all samples then have equal weight. */

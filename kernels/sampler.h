@@ -12,6 +12,7 @@
 #define PAIR_FILTER 0u
 #define PAIR_LENS 1u
 #define PAIR_FIRST_BOUNCE 2u
+#define PAIR_TIME 0x40000000u /* of the shutter; the second is unused; no bounce comes so far */
 #define PAIR_BSDF 0u     /* direction */
 #define PAIR_LIGHT 1u    /* point on the light */
 #define PAIR_CHOICE 2u   /* which light, which closure */

@@ -5,7 +5,7 @@
 #include "scene_records.h"
 
 #define SCENE_BUFFERS(X)                                                                       \
-  X(Camera, camera, "one")                                                                     \
+  X(Camera, camera, "and its poses where it moves")                                                                     \
   X(World, world, "one")                                                                       \
   X(Bvh2Node, nodes, "of the world's tree and of those of instanced meshes")                   \
   X(Triangle, triangles, "in the order of the leaves")                                         \
@@ -32,7 +32,7 @@
   X(Light, lights, "lamps, then emissive triangles")                                           \
   X(LightCluster, light_tree, "pairs of clusters: picks a light")                              \
   X(float, world_map, "cumulated chances of its rows, then of the columns of each; empty where it is not drawn") \
-  X(float, filter_table, "inverse CDF of the pixel filter of width 1")                 \
+  X(float, filter_table, "inverse CDFs of the pixel filter of width 1 and of the shutter")                 \
   X(float, albedo_tables, "directional albedos of microfacet closures (bsdf/albedo.h)")
 
 typedef struct {

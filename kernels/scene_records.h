@@ -34,11 +34,12 @@
 #define FEATURE_WORLD_LIGHT 8192u /* and it is drawn as a light: the last of the lamps */
 #define FEATURE_SHINES 16384u  /* some light's radiance is computed where it is drawn */
 #define FEATURE_LENS 32768u /* a camera with a lens: depth of field */
-#define FEATURE_LAMP_PROGRAMS 4194304u /* a lamp whose radiance a material's emission is multiplied with */
-#define FEATURE_LIGHT_LIMITS 2097152u /* a light that some kinds of rays, or paths of many bounces, do not see */
-#define FEATURE_LAMP_SHAPES 1048576u /* an area lamp with a spread, or a stretched spot */
-#define FEATURE_PANORAMA 16777216u /* a camera that is neither perspective nor orthographic */
-#define FEATURE_WORLD_SUN 4194304u /* a disc of the world is drawn apart from its map */
+#define FEATURE_LAMP_SHAPES 65536u /* an area lamp with a spread, or a stretched spot */
+#define FEATURE_LIGHT_LIMITS 131072u /* a light that some kinds of rays, or paths of many bounces, do not see */
+#define FEATURE_LAMP_PROGRAMS 262144u /* a lamp whose radiance a material's emission is multiplied with */
+#define FEATURE_WORLD_SUN 524288u /* a disc of the world is drawn apart from its map */
+#define FEATURE_PANORAMA 1048576u /* a camera that is neither perspective nor orthographic */
+#define FEATURE_CAMERA_MOTION 2097152u /* the camera moves while its shutter is open */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -70,6 +71,8 @@ typedef struct {
   float shift_x, shift_y; /* of a panorama's window */
   float eye, convergence; /* of spherical stereo: offset to the side, distance where eyes meet, 0: nowhere; metres */
   float merge_from, merge_to; /* elevations between which the offset fades, radians; 0: it stays */
+  int poses;     /* records that follow, where the camera moves */
+  float turn[4]; /* of these: from the camera's axes to theirs */
 } Camera;
 
 /* A reference into the tree: kind in the two highest bits, index in the others. */
@@ -249,15 +252,15 @@ typedef struct {
 #define LIGHT_ELLIPSE 4
 #define LIGHT_TRIANGLE 5 /* made from emissive triangles when the scene is prepared */
 #define LIGHT_WORLD 6    /* radiance: its mean */
-#define LIGHT_GROUP(flags) ((flags) >> 16) /* 0: none, 1: the first */
 #define LIGHT_NO_SHADOW 1u
 #define LIGHT_NO_MIS 2u
 #define LIGHT_DISK 4u /* points and spots: a disk that faces whoever looks, Blender's soft falloff */
-#define LIGHT_STRETCHED 16u /* spots: u and v have lengths by which the cone is not round */
-#define LIGHT_BOUNCES(flags) (((flags) >> 8) & 255u) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
 /* What counts is computed where the light is drawn (shine.h). Of triangles and the world radiance is an estimate; that of
  * lamps is to be multiplied with what their material emits. */
 #define LIGHT_COMPUTED 8u
+#define LIGHT_STRETCHED 16u /* spots: u and v have lengths by which the cone is not round */
+#define LIGHT_BOUNCES(flags) (((flags) >> 8) & 255u) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
+#define LIGHT_GROUP(flags) ((flags) >> 16) /* 0: none, 1: the first */
 typedef struct {
   int kind;
   uint flags;

@@ -1,7 +1,7 @@
 /* What happens to one path: generate, extend, shade, connect, accumulate. Values in, values out. */
 #ifndef ISOPHOTE_STAGES_H
 #define ISOPHOTE_STAGES_H
-#include "camera.h"
+#include "camera_motion.h"
 #include "light.h"
 #include "params.h"
 #include "path.h"

@@ -107,12 +107,16 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
     results[5u * stride + slot] = REAL(0.0);
   }
   clear_columns(columns, stride, slot, params);
+  uint row = pixel / uint_of(params.width);
+  int x = int_of(pixel - row * uint_of(params.width)), y = int_of(row);
   if (params.listed) {
     ListedPixel listed = listed_pixels(params_buffer)[pixel];
-    return generate_path(s, params, s.camera[0].kind, listed.x, listed.y, listed.first + sample, slot);
+    x = listed.x;
+    y = listed.y;
+    sample += listed.first;
   }
-  uint row = pixel / uint_of(params.width);
-  return generate_path(s, params, s.camera[0].kind, int_of(pixel - row * uint_of(params.width)), int_of(row), sample, slot);
+  Path p = generate_path(s, params, s.camera[0].kind, x, y, sample, slot);
+  return SCENE_FEATURES & FEATURE_CAMERA_MOTION ? move_with_camera(s, p) : p;
 }
 
 __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, GLOBAL uint *counts,

@@ -44,6 +44,13 @@ FN_APART void generate_paths(Batch &__restrict b, Scene s, Params params, const 
   }
 }
 
+FN_APART void move_paths(Batch &__restrict b, Scene s) {
+  FOR_PATHS(i, 0, b.count) {
+    Path p = move_with_camera(s, load_path(b.path_reals[0], b.path_uints[0], CAPACITY, i));
+    store_path(b.path_reals[0], b.path_uints[0], CAPACITY, i, p);
+  }
+}
+
 template <int... KINDS>
 static auto generate_functions(std::integer_sequence<int, KINDS...>) {
   return std::array{&generate_paths<KINDS>...};
@@ -55,6 +62,7 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
   b.current = 0;
   b.count = part.pixels * samples;
   functions[s.camera[0].kind](b, s, params, part, first_sample, samples);
+  if (s.world[0].features & FEATURE_CAMERA_MOTION) move_paths(b, s);
   if (params.cut_plane)
     for (real *cut : b.cut) std::fill(cut, cut + b.count, REAL(0.0));
   if (params.groups)

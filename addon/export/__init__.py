@@ -9,10 +9,11 @@ from isophote.material_program import join_materials
 from isophote.scene import Scene, make_scene
 
 from .attributes import join_attributes
-from .camera import export_camera, resolution_of, view_of
+from .camera import camera_of, export_camera, resolution_of, view_of
 from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
 from .light import join_lights
+from .motion import with_motion
 from .notes import Notes
 from .world import export_world, mist_of
 
@@ -40,13 +41,15 @@ def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera
     return scene
 
 
-def seen_from(scene: Scene, engine, depsgraph, view: str) -> Scene:
-    """The exported scene as the engine's active view, of this name, sees it: all but the camera stays."""
-    blender_scene = depsgraph.scene_eval
-    camera = engine.camera_override or blender_scene.camera  # views may have cameras of their own
-    camera = camera.evaluated_get(depsgraph)
-    notes = Notes()
-    arrays = export_camera(blender_scene, camera, scene.resolution, notes, view_of(engine, camera, view), scene.origin)
+def seen_from(scene: Scene, engine, depsgraph, view: str = "") -> Scene:
+    """The exported scene as the engine's active view, of this name, sees it while the shutter is open: all but the
+    camera stays."""
+    notes, arrays = Notes(), {}
+    if view:
+        camera = camera_of(engine, depsgraph)
+        seen = view_of(engine, camera, view)
+        arrays = export_camera(depsgraph.scene_eval, camera, scene.resolution, notes, seen, scene.origin)
+    arrays |= with_motion(scene, engine, depsgraph, view, notes)
     made = make_scene(scene.names, scene.notes, **scene.arrays | arrays)
     made.notes += [note for note in notes.entries if note not in made.notes]
     return made
@@ -61,8 +64,6 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         camera = camera.evaluated_get(depsgraph)
     resolution = resolution or resolution_of(scene.render)
     arrays = export_camera(scene, camera, resolution, notes)
-    if scene.render.use_motion_blur:
-        notes.add("scene", scene.name, "motion blur is not supported: left out")
     gatherer = Gatherer(depsgraph, arrays["origin"], notes, meshes)
     gatherer.gather()
     world = export_world(scene, notes, gatherer.lookups)

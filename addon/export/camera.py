@@ -73,6 +73,12 @@ class View:
     stereo: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
+def camera_of(engine, depsgraph):
+    """The evaluated camera of the engine's active view: views may have cameras of their own."""
+    camera = engine.camera_override or depsgraph.scene_eval.camera
+    return camera.evaluated_get(depsgraph)
+
+
 def view_of(engine, camera, name: str) -> View:
     """The view that the engine has made the active one; `camera` is evaluated."""
     spherical = engine.use_spherical_stereo(camera)

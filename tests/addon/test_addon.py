@@ -203,3 +203,14 @@ def test_each_eye_has_its_view(host):
             assert np.quantile(np.abs(ours[eye] - theirs[eye]).max(axis=-1), 0.9) < 1e-4, name
         assert np.abs(ours[0] - ours[1]).mean() > 0.01, name
     assert "Isophote: view right" in log and "Isophote: error" not in log
+
+
+def test_a_moving_camera_blurs_as_in_cycles(host):
+    """Places that a camera moves through, wherever the frame lies in its shutter's time; Cycles' table of the shutter
+    has 256 entries, which moves its times a little."""
+    found, log = host.scenario("motion", timeout=400)
+    for name in found["names"]:
+        ours, theirs = (rgba(host.folder / f"{name}_{engine}.exr")[..., :3] for engine in ("ISOPHOTE", "CYCLES"))
+        assert np.quantile(np.abs(ours - theirs).max(axis=-1), 0.9) < 5e-3, name
+        np.testing.assert_allclose(ours.mean(axis=(0, 1)), theirs.mean(axis=(0, 1)), atol=1e-3)
+    assert "Isophote: error" not in log

@@ -7,7 +7,7 @@ import pytest
 from isophote.passes import make_passes
 from isophote.records import numbers
 from isophote.values import ARITHMETIC
-from tests.scenes import EVERY_PASS, Builder, diffuse, look_at, pixels, program, render
+from tests.scenes import EVERY_PASS, Builder, diffuse, look_at, pixels, program, quad, render
 
 SIZE = (24, 16)
 PLACE, RADIUS, CLIP = np.array((0.3, -0.2, 0.5)), 4.0, 0.25
@@ -115,6 +115,35 @@ def test_footprint_is_as_wide_as_a_pixel(kind):
     inner = seen & (np.hypot(x / right, y / top) < 0.8) if reach else seen
     found = np.linalg.norm(picture, axis=-1)
     np.testing.assert_allclose(found[inner], (angle * distance)[inner], rtol=0.15)
+
+
+def test_a_turning_camera_shows_the_mean_of_what_it_sees():
+    """By 1.2 radians about the world's z while the shutter is open: the mean of the directions on the way."""
+    angle, poses = 1.2, []
+    for part in (-0.5, -0.25, 0.0, 0.25, 0.5):
+        poses.append((*np.zeros(3), 0, 0, np.sin(part * angle / 2), np.cos(part * angle / 2)))
+    b = camera("EQUIRECTANGULAR")
+    b.camera["camera_to_world"][:, 3] = 0.0
+    point = ARITHMETIC.call("position", ())
+    b.sphere((0, 0, 0), RADIUS, b.material(program(("emission", [part + 9.0 for part in point]))))
+    picture = pixels(render(b.make(camera_poses=poses), 256, filter_width=0.0))[..., :3] - 9.0
+    shrink = np.sin(angle / 2) / (angle / 2)
+    np.testing.assert_allclose(picture, seen_by("EQUIRECTANGULAR")[0] * RADIUS * (shrink, shrink, 1), atol=4e-3)
+
+
+@pytest.mark.parametrize("curve,middle", [((), 0.5), ((0.0, 1.0), 2 / 3), ((1.0, 0.0, 0.0), 1 / 6)])
+def test_a_shutter_that_opens_slowly_weighs_times(curve, middle):
+    """A camera that moves along x before a plane that glows with x: the mean place is the curve's mean time."""
+    b = Builder((8, 8))
+    b.look((0, 0, 3), (0, 0, 0), tangent=1.0, orthographic=True, up=(0, 1, 0))
+    point = ARITHMETIC.call("position", ())
+    b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), program(("emission", [part + 9.0 for part in point])))
+    poses = [(x, 0, 3, 0, 0, 0, 1) for x in (-1, 0, 1)]
+    picture = pixels(render(b.make(camera_poses=poses, shutter_curve=curve), 256, filter_width=0.0))[..., :3] - 9.0
+    across = (np.arange(8) - 3.5) / 4
+    np.testing.assert_allclose(picture[..., 0], np.broadcast_to(across + 2 * middle - 1, (8, 8)), atol=1e-2)
+    assert picture[..., 0].mean() == pytest.approx(2 * middle - 1, abs=2e-3)
+    np.testing.assert_allclose(picture[..., 1], np.broadcast_to(across[:, None], (8, 8)), atol=1e-4)
 
 
 def test_what_lies_in_focus_is_a_sphere():

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from isophote.records import numbers
 from isophote.scene import Scene
+from isophote.values import ARITHMETIC
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
 from tests.parity.scenes.pictures import pictures
@@ -181,9 +183,28 @@ def rare_closures() -> Scene:
     return b.make()
 
 
+def moving_panorama() -> Scene:
+    """A fisheye lens, one eye of two, that turns and moves while its shutter opens slowly; what it sees knows of it."""
+    b = Builder((24, 18))
+    b.world = (0.3, 0.4, 0.5)
+    turns = [(0.1 * k, 0, 1, 0.1 * k, 0.05, 0, np.sqrt(1 - 0.0025 - 0.01 * k * k)) for k in (-1, 0, 1)]
+    b.camera = dict(camera_kind=numbers()["CAMERA_EQUISOLID"], camera_clip=(0.1, 100),
+                    camera_lens=(0.05, 2, 5, 0.3, 1.4),
+                    camera_to_world=[(0, -1, 0, 0), (1, 0, 0, 0), (0, 0, -1, 1)], camera_window=(-1.5, 1.5, -1.1, 1.1),
+                    camera_panorama=(1.5, 0, 0, 0, 0, 0, 0.1, 0), camera_stereo=(0.1, 2.0, 0.5, 1.0))
+    b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
+    b.add(quad((0, 5, 0), (9, 0, 0), (0, 0, 9)), diffuse(0.5))
+    window = ARITHMETIC.call("window_point", ARITHMETIC.call("camera_point", ()))
+    for material in (diffuse(0.6), program(("emission", list(window))), program(("transparent", 0.7))):
+        b.instance(b.mesh(quad((0, 0, 0), (1, 0, 0), (0, 0, 1))), b.material(material),
+                   matrix=place((2.2 * len(b.instances) - 6.6, 2.5, 1)))
+    b.lamp(RECTANGLE, 100.0, look_at((2, -4, 6), (0, 0, 0)), (2, 1))
+    return b.make(camera_poses=turns, shutter_curve=(0.2, 1.0, 0.5))
+
+
 SCENES = {scene.__name__: scene for scene in (
     cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs, pictures, shown,
-    under_skies)}
+    under_skies, moving_panorama)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -193,6 +214,7 @@ SETTINGS = {
     "closures": dict(seed=7),
     "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
+    "moving_panorama": dict(max_bounces=4),
     "inputs": dict(max_bounces=6),
     "shown": dict(film_transparent=True, named=NAMED),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A camera that moves while its shutter is open: its poses, for which Blender evaluates the scene at other times.
+
+As Cycles has it (intern/cycles/blender/sync.cpp): the shutter is open for a time around the frame, from it on or until
+it, and a camera has 2^n + 1 poses, between which it turns and moves evenly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from mathutils import Matrix
+
+from isophote.scene import Scene
+
+from .. import compat
+from .camera import View, camera_of, export_camera, make_rigid, view_of
+from .notes import Notes
+
+SHUTTER_STEPS = 256  # values of the shutter's curve
+MOVED = 1e-6  # relative change of a matrix from which on an object counts as moving
+
+
+def with_motion(scene: Scene, engine, depsgraph, view: str, notes: Notes) -> dict[str, np.ndarray]:
+    """The scene's arrays that differ because the camera moves; none where motion blur is off or the camera rests.
+
+    Blender's scene is as before when this returns, but evaluated anew.
+    """
+    blender_scene = depsgraph.scene_eval
+    render = blender_scene.render
+    if not render.use_motion_blur:
+        return {}
+    note_rolling_shutter(blender_scene, notes)
+    camera = camera_of(engine, depsgraph)
+    frame, subframe, shutter = blender_scene.frame_current, blender_scene.frame_subframe, render.motion_blur_shutter
+    center = frame + subframe + {"START": 0.5, "END": -0.5}.get(compat.shutter_position(blender_scene), 0.0) * shutter
+    settings = getattr(camera, "cycles", None)
+    steps = 2 ** getattr(settings, "motion_steps", 1) + 1 if getattr(settings, "use_motion_blur", True) else 1
+    times = center + np.linspace(-0.5, 0.5, steps) * shutter if steps > 1 else np.array([center])
+    lens, places = camera.data.lens, []
+    views: list[View] = []
+    try:
+        for time in times:
+            set_time(engine, time)
+            camera = camera_of(engine, depsgraph)
+            views.append(view_of(engine, camera, view))
+            places.append(matrices_of(depsgraph))
+            if camera.data.lens != lens:
+                what = "a lens that changes while the shutter is open is not supported: it stays"
+                notes.add("camera", camera.name, what)
+        if len(times) > 1:
+            note_moving_objects(places, notes)
+        if center != frame + subframe:
+            set_time(engine, center)
+        middle = export_camera(blender_scene, camera_of(engine, depsgraph), scene.resolution, Notes(),
+                               views[len(views) // 2], scene.origin)
+    finally:
+        engine.frame_set(frame, subframe)
+    poses = np.array([pose_of(seen, views[len(views) // 2], scene.origin) for seen in views])
+    if len(poses) == 1 or np.array_equal(poses, np.broadcast_to(poses[:1], poses.shape)):
+        return middle
+    return middle | {"camera_poses": poses, "shutter_curve": shutter_curve(render)}
+
+
+def set_time(engine, time: float) -> None:
+    frame = int(np.floor(time))
+    engine.frame_set(frame, min(time - frame, 1.0))
+
+
+def pose_of(view: View, middle: View, origin: np.ndarray) -> np.ndarray:
+    """Place, and turn from the middle as a quaternion x, y, z, w, f8 [7]."""
+    axes, base = (make_rigid(each.matrix, "camera", Notes()) for each in (view, middle))
+    turn = Matrix((axes[:, None, :] * base[None, :, :]).sum(axis=-1).tolist()).to_quaternion()
+    return np.array([*(view.matrix[:3, 3] - origin), turn.x, turn.y, turn.z, turn.w])
+
+
+def shutter_curve(render) -> np.ndarray:
+    """How open the shutter is over its time; nothing where it is open at once."""
+    mapping = render.motion_blur_shutter_curve
+    mapping.initialize()
+    values = np.array([mapping.evaluate(mapping.curves[0], x) for x in np.linspace(0.0, 1.0, SHUTTER_STEPS)])
+    return np.zeros(0) if np.ptp(values) == 0.0 else np.maximum(values, 0.0)
+
+
+def matrices_of(depsgraph) -> dict[str, np.ndarray]:
+    """Of objects that may be seen, by name."""
+    return {ob.name: np.array(ob.matrix_world) for ob in depsgraph.objects if ob.type != "CAMERA"}
+
+
+def note_moving_objects(places: list[dict], notes: Notes) -> None:
+    first = places[0]
+    for name, matrix in first.items():
+        limit = MOVED * np.abs(matrix).max()
+        if any(name in other and np.abs(other[name] - matrix).max() > limit for other in places[1:]):
+            notes.add("object", name, "it moves while the shutter is open, which is not supported: it stays")
+
+
+def note_rolling_shutter(scene, notes: Notes) -> None:
+    if getattr(getattr(scene, "cycles", None), "rolling_shutter_type", "NONE") != "NONE":
+        notes.add("scene", scene.name, "a rolling shutter is not supported: all rows are exposed at once")
