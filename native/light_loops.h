@@ -39,14 +39,6 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
   }
 }
 
-FN LightWalk load_walk(const Batch &b, uint i) {
-  LightWalk w;
-  w.at = b.walk_at[i];
-  w.chance = b.walk_chance[i];
-  w.u = b.walk_u[i];
-  return w;
-}
-
 FN void store_walk(Batch &__restrict b, uint i, LightWalk w) {
   b.walk_at[i] = w.at;
   b.walk_chance[i] = w.chance;
