@@ -106,14 +106,17 @@ def has_program(lamps: np.ndarray) -> np.ndarray:
     return (lamps["flags"] & n["LIGHT_COMPUTED"] != 0) & (lamps["kind"] < n["LIGHT_TRIANGLE"])
 
 
-def estimates(lights: np.ndarray, lamps: int, buffers: dict[str, np.ndarray], viewer: np.ndarray) -> np.ndarray:
-    """What the programs of lamps, the first records of lights, multiply their luminance with, f8 [N]; 1 for others.
+def estimated(lights: np.ndarray, lamps: int, buffers: dict[str, np.ndarray], viewer: np.ndarray) -> np.ndarray:
+    """The records as the light tree is to have them: the radiance of lamps with programs, of the first ones, times what
+    these emit. The same array where there are none.
 
-    It is asked for from where `viewer` (f8 [3]) is far from the lamp, for some programs depend on that.
+    Programs are asked from where `viewer` (f8 [3]) is far from the lamp, for some depend on that.
     """
-    made, own = np.ones(len(lights)), np.flatnonzero(has_program(lights[:lamps]))
-    if len(own):
-        made[own] = lamp_luminance(buffers | {"lights": lights}, own, lights[own], viewer)
+    own = np.flatnonzero(has_program(lights[:lamps]))
+    if not len(own):
+        return lights
+    made = lights.copy()
+    made["radiance"][own] *= lamp_luminance(buffers | {"lights": lights}, own, lights[own], viewer)[:, None]
     return made
 
 

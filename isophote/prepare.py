@@ -11,7 +11,7 @@ import numpy as np
 
 from isophote.geometry import Geometry, make_geometry
 from isophote.light_tree import make_light_tree, shining
-from isophote.lights import estimates, has_program, light_records, triangle_lights, world_light
+from isophote.lights import estimated, has_program, light_records, triangle_lights, world_light
 from isophote.materials import OPERATIONS, is_delta
 from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
@@ -166,10 +166,9 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
         world["sun_chance"] = world_map.sun_chance
         world["features"] |= numbers()["FEATURE_WORLD_SUN"]
     lights = np.concatenate([lamps, shining(triangle_lights(scene, buffers["materials"], buffers))])
-    estimated = lights.copy()
-    estimated["radiance"] *= estimates(lights, len(lamps), buffers, scene.camera_to_world[:, 3])[:, None]
-    light_tree, world["light_depth"] = make_light_tree(estimated)
-    lights["trail"] = estimated["trail"]
+    guessed = estimated(lights, len(lamps), buffers, scene.camera_to_world[:, 3])
+    light_tree, world["light_depth"] = make_light_tree(guessed)
+    lights["trail"] = guessed["trail"]
     world["light_count"], world["lamp_count"] = len(lights), len(lamps)
     world["features"] |= light_features(lights, len(lamps))
     return {"lights": lights, "light_tree": light_tree, "world_map": cells, "world": world}

@@ -248,8 +248,8 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
     r.distance = by_angle ? height / (facing != REAL(0.0) ? facing : REAL(1.0)) : flat;
     int sees = (cosine > REAL(0.0)) & (r.distance > REAL(0.0));
     if (features & FEATURE_LAMP_SHAPES) {
-      int within = (l.kind != LIGHT_ELLIPSE) | is_in_ellipse(l, p + r.direction * r.distance - center);
-      sees = sees & (lit.area > REAL(0.0)) & within;
+      int whole = (l.kind != LIGHT_ELLIPSE) | !(l.cone_scale > 0.0f);
+      sees = sees & (lit.area > REAL(0.0)) & (whole | is_in_ellipse(l, p + r.direction * r.distance - center));
     }
     r.radiance = radiance * spread_falloff(l, r.direction, features);
     r.pdf = sees ? flat_light_pdf(lit.area, polygon, r.distance, cosine) : REAL(0.0);
