@@ -16,13 +16,13 @@ from .result import KINDS
 
 UNTIL_THEN = "Rendering the scene will tell"
 SHOWN = 20  # notes of a panel
-LETTER, MARGIN = 6.5, 60.0  # pixels of a letter and around a panel's text, where Blender's scale is 1
+LETTER, MARGIN = 7.0, 60.0  # pixels of a letter and around a panel's text, where Blender's scale is 1
 
 
 def say(column, context, text: str, icon: str = "NONE") -> None:
     """A text in as many lines as the width of the editor needs."""
     width = context.region.width / context.preferences.system.ui_scale
-    for number, part in enumerate(textwrap.wrap(text, max(20, int((width - MARGIN) / LETTER)))):
+    for number, part in enumerate(textwrap.wrap(text, max(12, int((width - MARGIN) / LETTER)))):
         column.label(text=part, icon="BLANK1" if number and icon != "NONE" else icon)
 
 

@@ -90,7 +90,7 @@ def test_equal(a: np.ndarray, b: np.ndarray, pool_pixels: bool = False) -> dict:
     degrees of freedom. `pool_pixels`: at least the mean over tiles, for pixels: few samples that can only
     be this or that (lamp seen or not) may fall the same way in all replicates, with no spread at all.
     Sums in float32 are trusted to ROUNDING. `sees` is the smallest relative difference of a single
-    value that would be rejected, for the value of median noise.
+    value that would be rejected, for the value of median noise (0 where all is black).
     """
     (mean_a, var_a), (mean_b, var_b) = mean_and_variance(a), mean_and_variance(b)
     dof = welch_dof(var_a, var_b, len(a), len(b))
@@ -101,7 +101,7 @@ def test_equal(a: np.ndarray, b: np.ndarray, pool_pixels: bool = False) -> dict:
     result = z_test(mean_a, mean_b, *sigmas, dof=dof, significance=SIGNIFICANCE).as_dict()
     lit = mean_b > 0.0
     sigma = np.hypot(*sigmas)[lit] / mean_b[lit]
-    return result | {"sees": float(limit(SIGNIFICANCE, mean_a.size) * np.median(sigma))}
+    return result | {"sees": float(limit(SIGNIFICANCE, mean_a.size) * np.median(sigma)) if lit.any() else 0.0}
 
 
 test_equal.__test__ = False  # for pytest: not a test, whatever its name says
@@ -131,9 +131,12 @@ def mean_ratios(a: np.ndarray, b: np.ndarray) -> list[dict]:
 
 
 def noise(a: np.ndarray, b: np.ndarray) -> dict:
-    """Variance of a's pixels over that of b's, at the samples that they have: of all, and the median pixel's."""
+    """Variance of a's pixels over that of b's, at the samples that they have: of all, and the median pixel's. 1 where
+    neither has any."""
     var_a, var_b = (mean_and_variance(x)[1].mean(axis=-1) for x in (a, b))
     both = (var_a > 0.0) & (var_b > 0.0)
+    if not both.any():
+        return {"mean": 1.0, "median": 1.0}
     return {"mean": float(var_a.mean() / var_b.mean()), "median": float(np.median(var_a[both] / var_b[both]))}
 
 
