@@ -71,7 +71,7 @@ def test_scaling_by_a_power_of_two_changes_no_bit(unscaled, exponent):
     """All of rendering is homogeneous: no length in metres, no epsilon, hides in it. Lengths scale exactly."""
     made = make_passes(render(scaled_scene(exponent), 64, passes=EVERY_PASS), EVERY_PASS)
     for name, image in unscaled.items():
-        lengths = name in ("Depth", "Position")
+        lengths = name in ("Depth", "Position", "Denoising Depth")
         seen = made[name].astype(float)
         if lengths:  # but not the depth of nothing
             seen = np.where(seen == np.float32(1e10), seen, seen / 2.0 ** exponent)
