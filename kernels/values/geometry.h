@@ -66,10 +66,12 @@ FN Edges triangle_edges(Scene s, Point at) {
 FN real footprint_width(Scene s, Point at) {
   Camera c = s.camera[0];
   real width = to_real(c.pixel) * (c.kind == CAMERA_ORTHOGRAPHIC ? REAL(1.0) : at.length);
-  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
+#if SCENE_FEATURES & FEATURE_PANORAMA
+  if (is_panorama(c.kind)) {
     real seen = panorama_pixel(c, c.kind, turned_to_camera(c, at.direction)) * (at.length + to_real(c.clip_start));
     width = (at.kind & RAY_CAMERA) ? seen : width;
   }
+#endif
   /* Below that float32 tells points of the surface no longer apart. */
   return max_real(width, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
 }
@@ -120,10 +122,12 @@ VALUE(window_point) {
   real3 p = IN3(0);
   real scale = c.kind == CAMERA_PERSPECTIVE ? REAL(1.0) / p.z : REAL(1.0);
   real2 seen = make_real2(p.x * scale, p.y * scale);
-  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
+#if SCENE_FEATURES & FEATURE_PANORAMA
+  if (is_panorama(c.kind)) {
     seen = panorama_window(c, c.kind, unit_or(p, zero3()));
     seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y)); /* Cycles shifts pictures only */
   }
+#endif
   real left = to_real(c.left), bottom = to_real(c.bottom);
   OUT3(0, make_real3((seen.x - left) / (to_real(c.right) - left), (seen.y - bottom) / (to_real(c.top) - bottom),
                      REAL(0.0)))
