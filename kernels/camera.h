@@ -27,6 +27,7 @@ FN real2 sample_lens(Camera c, real2 u) {
   return make_real2(p.x * radius / to_real(c.lens_ratio), p.y * radius);
 }
 
+#if SCENE_FEATURES & FEATURE_PANORAMA
 /* Spherical stereo, in the camera's space: the eye lies to the side of each direction, and looks where both eyes meet. */
 FN Ray move_to_eye(Camera c, Ray r) {
   real3 d = r.direction;
@@ -62,13 +63,16 @@ FN Ray make_panorama_ray(Camera c, int kind, real px, real py, real2 on_lens) {
   r.origin = load3(c.position) + turned_from_camera(c, r.origin) + r.direction * near;
   return r;
 }
+#endif
 
 /* The ray through film point (x, y), in pixels from the lower left of the full frame, and the lens' point. `kind` is the
  * camera's, where the compiler may know it. */
 FN Ray make_camera_ray(Camera c, int kind, real x, real y, real2 on_lens) {
   real px = to_real(c.left) + (to_real(c.right) - to_real(c.left)) * (x / real_of(c.width));
   real py = to_real(c.bottom) + (to_real(c.top) - to_real(c.bottom)) * (y / real_of(c.height));
+#if SCENE_FEATURES & FEATURE_PANORAMA
   if (is_panorama(kind)) return make_panorama_ray(c, kind, px, py, on_lens);
+#endif
   real3 ax = load3(c.x), ay = load3(c.y), az = load3(c.z);
   int perspective = kind == CAMERA_PERSPECTIVE;
   real3 on_window = ax * px + ay * py;

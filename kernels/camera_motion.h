@@ -6,6 +6,7 @@
 #include "path.h"
 #include "sampler.h"
 
+#if SCENE_FEATURES & FEATURE_CAMERA_MOTION
 /* Between quaternions along the shorter arc (Shoemake 1985, "Animating Rotation with Quaternion Curves"), linear where
  * it is short, as in Cycles. */
 FN real4 slerp(real4 a, real4 b, real t) {
@@ -46,5 +47,6 @@ FN Path move_with_camera(Scene s, Path p) {
   p.dz = direction.z;
   return p;
 }
+#endif
 
 #endif

@@ -14,9 +14,10 @@
 #include "elementary.h"
 #include "scene_records.h"
 
+#if SCENE_FEATURES & FEATURE_PANORAMA
 #define NEWTON_STEPS 8
 
-FN int is_panorama(int kind) { return (SCENE_FEATURES & FEATURE_PANORAMA) && kind >= CAMERA_EQUIRECTANGULAR; }
+FN int is_panorama(int kind) { return kind >= CAMERA_EQUIRECTANGULAR; }
 
 /* The angle from the axis of a polynomial fisheye at r millimetres from the middle, and its derivative. */
 FN real2 polynomial_angle(Camera c, real r) {
@@ -105,5 +106,9 @@ FN real panorama_pixel(Camera c, int kind, real3 d) {
   real3 dy = panorama_direction(c, kind, at.x, at.y > middle_y ? at.y - step_y : at.y + step_y) - d;
   return REAL(0.5) * (sqrt(dot3(dx, dx)) + sqrt(dot3(dy, dy)));
 }
+
+#else
+#define is_panorama(kind) 0
+#endif
 
 #endif

@@ -116,7 +116,10 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
     sample += listed.first;
   }
   Path p = generate_path(s, params, s.camera[0].kind, x, y, sample, slot);
-  return SCENE_FEATURES & FEATURE_CAMERA_MOTION ? move_with_camera(s, p) : p;
+#if SCENE_FEATURES & FEATURE_CAMERA_MOTION
+  if (s.camera[0].poses) p = move_with_camera(s, p);
+#endif
+  return p;
 }
 
 __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLOBAL uint *queue, GLOBAL uint *counts,

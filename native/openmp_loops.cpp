@@ -62,7 +62,7 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
   b.current = 0;
   b.count = part.pixels * samples;
   functions[s.camera[0].kind](b, s, params, part, first_sample, samples);
-  if (s.world[0].features & FEATURE_CAMERA_MOTION) move_paths(b, s);
+  if (s.camera[0].poses) move_paths(b, s);
   if (params.cut_plane)
     for (real *cut : b.cut) std::fill(cut, cut + b.count, REAL(0.0));
   if (params.groups)

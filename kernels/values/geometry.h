@@ -79,8 +79,10 @@ FN real footprint_width(Scene s, Point at) {
   d = select3(framed, d, make_real3(REAL(0.0), REAL(0.0), REAL(1.0)));
   real angle = d.z * (x * safe_sqrt(REAL(1.0) - d.x * d.x) + y * safe_sqrt(REAL(1.0) - d.y * d.y));
   real width = REAL(0.5) * (c.kind == CAMERA_PERSPECTIVE ? angle * (before + at.length) : x + y);
-  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA)
+#if SCENE_FEATURES & FEATURE_PANORAMA
+  if (is_panorama(c.kind))
     width = (seen ? panorama_pixel(c, c.kind, along) : to_real(c.pixel)) * (before + at.length);
+#endif
   /* Below that float32 tells points of the surface no longer apart. */
   return max_real(width, max_of3(abs3(at.p)) * REAL(1e-5) + REAL(1e-12));
 }
@@ -142,10 +144,12 @@ VALUE(window_point) {
   real3 p = IN3(0);
   real scale = c.kind == CAMERA_PERSPECTIVE ? REAL(1.0) / p.z : REAL(1.0);
   real2 seen = make_real2(p.x * scale, p.y * scale);
-  if (SCENE_FEATURES & s.world[0].features & FEATURE_PANORAMA) {
+#if SCENE_FEATURES & FEATURE_PANORAMA
+  if (is_panorama(c.kind)) {
     seen = panorama_window(c, c.kind, unit_or(p, zero3()));
     seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y)); /* Cycles shifts pictures only */
   }
+#endif
   real left = to_real(c.left), bottom = to_real(c.bottom);
   OUT3(0, make_real3((seen.x - left) / (to_real(c.right) - left), (seen.y - bottom) / (to_real(c.top) - bottom),
                      REAL(0.0)))
