@@ -97,7 +97,7 @@ def test_scenes_use_every_operation_and_lamp():
     lamps = {(int(kind), bool(size[0])) for s in scenes for kind, size in zip(s.light_kind, s.light_size, strict=True)}
     assert lamps == {(kind, sized) for kind in range(5) for sized in (False, True) if sized or kind < 3}
     features = np.bitwise_or.reduce([prepared_of(name).features for name in SCENES])
-    assert features == 65535
+    assert features == 131071
 
 
 @pytest.mark.parametrize("threads", [2, 7])

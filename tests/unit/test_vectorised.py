@@ -75,7 +75,8 @@ def entries(name: str) -> int:
 def marked_loops() -> dict[tuple[str, int], int]:
     """(file, line) -> how many loops start there; those inside a macro start where it is expanded."""
     found: dict[tuple[str, int], int] = Counter()
-    for path in (NATIVE / "shade_loops.h", NATIVE / "value_loops.h", NATIVE / "openmp_loops.cpp"):
+    names = ("shade_loops.h", "value_loops.h", "walk_loops.h", "openmp_loops.cpp")
+    for path in (NATIVE / name for name in names):
         lines, macro, inside = path.read_text().splitlines(), None, Counter()
         for number, line in enumerate(lines, 1):
             if defined := re.match(r"\s*#define (\w+)\(", line):
