@@ -1,8 +1,9 @@
 """Each shader's ball against Cycles: channel means over the ball, as a statistical statement.
 
-    python -m bench.shaders [WORD] [--samples 64] [--replicates 8]
+    python -m bench.shaders [WORD] [--samples 64] [--replicates 8] [--maker make_subsurface]
 
-blend_scenes/nodes/make_shaders.py makes the scene; WORD keeps shaders whose names hold it. Prints a row of JSON for
+A script of blend_scenes/nodes/, make_shaders if not another is named, makes the scene; WORD keeps shaders whose names
+hold it. Prints a row of JSON for
 each: ratios of the channel means ours / Cycles' with half their 95 % intervals, and the notes of its export.
 """
 
@@ -26,12 +27,12 @@ COLUMNS, RADIUS = 8, 0.43  # of the grid; a little less than the balls'
 MAKER = ROOT / "blend_scenes" / "nodes" / "make_shaders.py"
 
 
-def make_grid(path: Path, word: str) -> list[str]:
+def make_grid(path: Path, maker: Path, word: str) -> list[str]:
     """Names of the balls of the scene, which is saved at `path`. Raises CyclesError."""
-    done = subprocess.run([find_python(), str(MAKER), str(path), word], capture_output=True, text=True)
+    done = subprocess.run([find_python(), str(maker), str(path), word], capture_output=True, text=True)
     names = next((line for line in done.stdout.splitlines() if line.startswith("SHADERS ")), None)
     if names is None:
-        raise CyclesError(f"{MAKER.name} made no scene:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+        raise CyclesError(f"{maker.name} made no scene:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
     return json.loads(names.removeprefix("SHADERS "))
 
 
@@ -44,11 +45,11 @@ def ball(images: np.ndarray, index: int, rows: int) -> np.ndarray:
     return images[:, inside][:, :, None]
 
 
-def compare_shaders(word: str, samples: int, replicates: int) -> tuple[list[dict], dict]:
-    """A row for each shader whose name holds `word`, and what cycles_compare.same_bits says of the scene."""
+def compare_shaders(word: str, samples: int, replicates: int, maker: Path = MAKER) -> tuple[list[dict], dict]:
+    """A row for each of the maker's shaders whose name holds `word`, and what cycles_compare.same_bits says."""
     with tempfile.TemporaryDirectory() as folder:
         blend = Path(folder) / "grid.blend"
-        names = make_grid(blend, word)
+        names = make_grid(blend, maker, word)
         both = render_both(blend, 0, samples, replicates)
     grid, rows = math.ceil(len(names) / COLUMNS), []
     for k, name in enumerate(names):
@@ -65,8 +66,10 @@ def main() -> int:
     parser.add_argument("word", nargs="?", default="")
     parser.add_argument("--samples", type=int, default=64, help="of each replicate")
     parser.add_argument("--replicates", type=int, default=8)
+    parser.add_argument("--maker", default=MAKER.stem, help="script of blend_scenes/nodes")
     options = parser.parse_args()
-    rows, bits = compare_shaders(options.word, options.samples, options.replicates)
+    maker = MAKER.with_name(f"{options.maker}.py")
+    rows, bits = compare_shaders(options.word, options.samples, options.replicates, maker)
     for row in [*rows, {"opencl": bits}]:
         print_row(row)
     return 1 if any("beyond" in row["verdict"] for row in rows) else 0

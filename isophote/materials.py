@@ -68,10 +68,14 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     # reflects: 1 for glass, 0 for refraction alone
     "beckmann_glass": (29, ("roughness", "ior", "reflects", "tint_r", "tint_g", "tint_b")),
     "holdout": (30, ()),  # black, and transparent to a transparent film
+    # radius: reduced mean free paths in metres. albedo: the colour that comes out, which is in the weight, too. ior and
+    # roughness: of the surface where light enters. diffuse: chance that it enters by Lambert's law instead. out: 1
+    "subsurface": (31, ("radius_r", "radius_g", "radius_b", "albedo_r", "albedo_g", "albedo_b", "anisotropy", "ior",
+                        "roughness", "diffuse", "out")),
 }
 
-# Tints may be left out.
-DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b")}
+# These may be left out.
+DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b", "out")}
 
 # alpha^2 at and below which a GGX lobe is a mirror (kernels/bsdf/microfacet.h).
 DELTA_ALPHA2 = 2e-10
@@ -115,7 +119,7 @@ def is_delta(op: int, constants, varies: bool = False) -> bool:
     """
     name, names = next((name, names) for name, (number, names) in OPERATIONS.items() if number == op)
     if not {"multiscatter", "roughness_x"} & set(names) and name not in ("refraction", "beckmann_glass"):
-        return name in ("transparent", "holdout")
+        return name in ("transparent", "holdout", "subsurface")
     if varies:
         return False
     values = dict(zip(names, constants, strict=False))  # constants are padded

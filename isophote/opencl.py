@@ -139,7 +139,7 @@ class OpenCLDevice:
         self.arrays: dict[str, np.ndarray] = {}  # what was copied into them and others hold anyway
         self.geometry = None
         self.wavefront: Wavefront | None = None
-        self.completes = False  # whether the kernels compute the radiance of lights
+        self.features = 0  # that the kernels are compiled for
 
     def calling(self, function, *arguments, **named):
         """Call into OpenCL; its errors come out as DeviceError naming the device."""
@@ -158,7 +158,7 @@ class OpenCLDevice:
         """Raises SceneTooLarge where the scene, its film and the fewest paths do not fit."""
         x0, y0, x1, y1 = self.settings.region or (0, 0, *prepared.resolution)
         planes = film_planes(self.settings)
-        columns = path_columns(planes)
+        columns = path_columns(planes, prepared.features)
         paths = min(FEWEST_PATHS, (x1 - x0) * (y1 - y0))
         check_device_memory(self.name, prepared.traced_sizes() | {"film": 4 * int(planes) * (x1 - x0) * (y1 - y0),
                                                 "paths": 4 * sum(columns.values()) * paths},
@@ -169,7 +169,7 @@ class OpenCLDevice:
         self.check_room(prepared)
         self.copy_scene(prepared)
         self.wavefront = None
-        self.completes = bool(prepared.features & numbers()["FEATURE_SHINES"])
+        self.features = prepared.features
         options = build_options(self.device, self.settings, prepared)
         if group := shade_group(self.device, self.cl):
             options.append(f"-DSHADE_GROUP={group}")
@@ -230,12 +230,12 @@ class OpenCLDevice:
             return
         self.wavefront = None
         self.wavefront = self.calling(Wavefront, self.cl, self.queue, self.built.program, [*self.scene.values()], paths,
-                                      self.planes, self.completes)
-        self.memory["paths"] = 4 * sum(path_columns(self.planes).values()) * paths
+                                      self.planes, self.features)
+        self.memory["paths"] = 4 * sum(path_columns(self.planes, self.features).values()) * paths
 
     def paths_at_once(self, item: WorkItem, film_bytes: int) -> int:
         """Paths in flight: as many as the device has use and memory for, whole pixels, at least one."""
-        columns = path_columns(self.planes)
+        columns = path_columns(self.planes, self.features)
         room = self.total_memory - self.memory["scene"] - film_bytes
         fitting = min(PATHS_SHARE * room / sum(columns.values()), self.largest_buffer / max(columns.values())) // 4
         gpu = bool(self.device.type & self.cl.device_type.GPU)
@@ -259,7 +259,8 @@ class OpenCLDevice:
         at_once = paths // item.samples
         limits = np.zeros((3, len(LIMITS)), np.uint32)  # of a pass, and the two halves of their sum
         self.calling(self.cl.enqueue_copy, self.queue, self.wavefront.limits, limits)
-        bounces = settings.max_bounces + settings.transparent_bounces + 3
+        walks = bool(self.features & numbers()["FEATURE_SUBSURFACE"])
+        bounces = settings.max_bounces + settings.transparent_bounces + 3 + walks
         for first in range(0, pixels, at_once):
             if not self.calling(self.wavefront.trace, params_buffer, film, first, min(at_once, pixels - first),
                                 item.samples, bounces, cancelled):

@@ -22,7 +22,7 @@ from isophote.world_map import make_world_map
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
              "beckmann", "beckmann_glass", "ashikhmin_shirley", "layer_absorption", "layer_reset",
-             "holdout")
+             "holdout", "subsurface")
 FILTER_STEPS = 1024
 VALUE_FAMILIES = 8  # kernels/values/values.h
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
@@ -206,6 +206,7 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     bumps = scene.instruction_flags & n["INSTRUCTION_BUMPS"] != 0
     operation = np.array([NAME_OF_OPERATION[op] for op in scene.instruction_op.tolist()], dtype=object)
     made, kept, placed = make_records("Material", len(scene.material_first) - 1), [], 0
+    walks = "subsurface" in operation
     for number, material in enumerate(made):
         program = np.arange(scene.material_first[number], scene.material_first[number + 1])
         emission = program[operation[program] == "emission"]
@@ -227,13 +228,29 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
                              | any(operation[i] == "holdout" for i in rest) * n["MATERIAL_HOLDS_OUT"]
                              | smooth * n["MATERIAL_DELTA_ONLY"]
                              | any(operation[i] in TRANSMITTING for i in rest) * n["MATERIAL_TRANSMITS"])
-        kept.append(rest)
-        placed += len(rest)
-    order = np.concatenate(kept) if kept else np.zeros(0, int)
-    instructions = make_records("Instruction", len(order), op=scene.instruction_op[order],
-                                flags=scene.instruction_flags[order], weight=scene.instruction_weight[order],
-                                params=scene.instruction_params[order])
-    return made, instructions
+        below = rest[operation[rest] == "subsurface"]
+        material["flags"] |= bool(len(below)) * n["MATERIAL_SUBSURFACE"]
+        kept += [make_instructions(scene, rest), *([way_out(scene, below)] if walks else [])]
+        placed += len(rest) + walks
+    return made, np.concatenate(kept) if kept else make_instructions(scene, np.zeros(0, int))
+
+
+def make_instructions(scene: Scene, rows: np.ndarray) -> np.ndarray:
+    """Instruction records of rows of the scene's."""
+    return make_records("Instruction", len(rows), op=scene.instruction_op[rows], flags=scene.instruction_flags[rows],
+                        weight=scene.instruction_weight[rows], params=scene.instruction_params[rows])
+
+
+def way_out(scene: Scene, below: np.ndarray) -> np.ndarray:
+    """The closure, white and diffuse, by which light comes out of a material with these rows of subsurface scattering:
+    with the normal of the first of them that has its own."""
+    n = numbers()
+    own = below[scene.instruction_flags[below] & n["INSTRUCTION_BUMPS"] != 0][:1]
+    record = make_instructions(scene, own) if len(own) else make_records("Instruction", 1, weight=1.0)
+    if len(own):  # weights are registers
+        record["weight"] = record["params"][:, -1:]
+    record["op"] = OPERATIONS["diffuse"][0]
+    return record
 
 
 def make_steps(scene: Scene) -> np.ndarray:
@@ -345,6 +362,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_VALUES": len(scene.step_op) > 0 or len(scene.uv_attribute) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,
+        "FEATURE_SUBSURFACE": (materials["flags"] & n["MATERIAL_SUBSURFACE"]).any(),
     }
     return sum(n[name] for name, used in uses.items() if used)
 

@@ -16,22 +16,25 @@ from isophote.records import numbers
 # Columns of 4 bytes a path, by buffer; `columns` are as many as the film's further planes want.
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
+MEDIUM_COLUMNS = 11  # kernels/walk.h
 KERNELS = ("generate", "extend", "shade", "complete", "connect", "accumulate")
 GROUP = 64  # work-items of a group
 # Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
 # H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
 SHADE_GROUP = 512
-MOST_BOUNCES = 514  # vertices of a path: 8 bits count those that scatter, 8 those that let it pass
+MOST_BOUNCES = 515  # vertices of a path: 8 bits count those that scatter, 8 those that let it pass; one is below
 # Kernels that trace: groups whose lanes take the group's rays as they come, on GPUs after the camera's rays, which
 # keep together anyway. Fewer where groups would not fill the device.
 TRACE_GROUP, RAYS_EACH, GROUPS_EACH_UNIT = 128, 8, 8
 BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bounce has left
 
 
-def path_columns(planes: Planes) -> dict[str, int]:
-    """Columns of 4 bytes that each path takes, by buffer, for a film of these planes."""
+def path_columns(planes: Planes, features: int = 0) -> dict[str, int]:
+    """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
+    walks = features & numbers()["FEATURE_SUBSURFACE"]
+    medium = {"reals": COLUMNS["reals"] + MEDIUM_COLUMNS} if walks else {}
     cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if planes.clamps else {}
-    return COLUMNS | cut | {"columns": max(planes.columns, 1)}
+    return COLUMNS | medium | cut | {"columns": max(planes.columns, 1)}
 
 
 def shade_group(device, cl) -> int:
@@ -42,15 +45,16 @@ def shade_group(device, cl) -> int:
 class Wavefront:
     """Room for `paths` paths, and the kernels of `program` with their arguments set once for all launches.
 
-    `cl` is the module pyopencl, `scene` the buffers in the order of kernels/scene_buffers.h. The program is for
-    films of `planes`. `completes`: it has the kernel of that name. Errors are those of pyopencl.
+    `cl` is the module pyopencl, `scene` the buffers in the order of kernels/scene_buffers.h. The program is for films
+    of `planes` and scenes of `features`. Errors are those of pyopencl.
     """
 
-    def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, completes: bool = False):
-        self.cl, self.queue, self.paths, self.completes = cl, queue, paths, completes
+    def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, features: int = 0):
+        self.cl, self.queue, self.paths = cl, queue, paths
+        self.completes = bool(features & numbers()["FEATURE_SHINES"])
         context, flags = queue.context, cl.mem_flags
         self.buffers = {name: cl.Buffer(context, flags.READ_WRITE, 4 * columns * paths)
-                        for name, columns in path_columns(planes).items()}
+                        for name, columns in path_columns(planes, features).items()}
         self.limits = cl.Buffer(context, flags.READ_WRITE, 3 * 4 * numbers()["LIMITS"])
         lengths = 2 * MOST_BOUNCES + 2
         self.counts = cl.Buffer(context, flags.READ_WRITE, 4 * lengths)
@@ -78,7 +82,7 @@ class Wavefront:
         self.kernels |= {
             ("connect", 0): (*scene, None, stride, *light, *result, b["light_queue"], self.counts, None),
             ("accumulate", 0): (None, stride, *result, None, None, None)}
-        if completes:
+        if self.completes:
             self.kernels["complete", 0] = (*scene, None, stride, *light, b["light_queue"], self.counts, None)
         for (name, parity), arguments in self.kernels.items():
             kernel = cl.Kernel(program, name)

@@ -168,7 +168,8 @@ FN void pass_leaf(Walk *w, uint *stack, Scene s, int any) {
   } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && w->ref == REF_RETURN) {
     w->instance = NONE;
     w->space = make_local_ray(w->ray.origin, w->ray.direction);
-  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[index].visibility & w->ray.kind)) {
+  } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && (s.instances[index].visibility & w->ray.kind) &&
+             (!(SCENE_FEATURES & FEATURE_SUBSURFACE) || is_within(index, w->ray))) {
     stack[w->top++] = REF_RETURN;
     w->instance = index;
     w->space = make_local_ray(transform_point(s.instances[index].to_object, w->ray.origin),

@@ -212,7 +212,7 @@ FN Look look_at_surface(Scene s, Material m, Surface at, Path p, const real *r, 
     real3 albedo = albedo_closure(c, at.backfacing, s.albedo_tables, wo) * weight;
     a.albedo = a.albedo + albedo;
     if (has_any(groups, GROUPS_COLOR) && i.op != OP_TRANSPARENT) {
-      int diffuse = is_diffuse(i.op);
+      int diffuse = is_diffuse(i.op) | (i.op == OP_SUBSURFACE);
       real3 through = transmitted_closure(c, at.backfacing, s.albedo_tables, wo) * weight;
       a.diffuse = a.diffuse + select3(diffuse, albedo, zero3());
       a.glossy = a.glossy + select3(diffuse, zero3(), positive3(albedo - through));
@@ -357,6 +357,7 @@ FN void show_guides(GLOBAL real *columns, uint stride, uint groups, Scene s, Mat
 }
 
 FN void show_surface(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
+  if (is_inside(p)) return; /* has shown where it went below */
   if (has_any(groups, GROUPS_SEEN) && path_bounce(p) == 0) show_seen(columns, stride, groups, s, m, at, p, h, r);
   if (has_any(groups, GROUPS_DENOISING)) show_guides(columns, stride, groups, s, m, at, p, h, r);
 }

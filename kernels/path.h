@@ -12,7 +12,7 @@
   X(pdf) /* density per solid angle with which the direction was drawn; 0: no light sampling competes */
 
 #define PATH_UINTS(X)                                                                        \
-  X(after_instance) X(after_primitive)                                                       \
+  X(after_instance) X(after_primitive) /* of a path inside an object: what it has hit there */ \
   X(slot)    /* where its result goes: pixel and sample of the item */                       \
   X(seed)    /* of pixel and replicate */                                                    \
   X(index)   /* of the sample within the replicate */                                        \
@@ -75,6 +75,8 @@ FN Path with_throughput(Path p, real3 t) {
 }
 FN int path_bounce(Path p) { return int_of(p.bounces & 255u); }
 FN uint path_kind(Path p) { return p.status & 255u; }
+/* Below a surface, where it is of no kind, until it has been scattered out. */
+FN int is_inside(Path p) { return (SCENE_FEATURES & FEATURE_SUBSURFACE) && !(p.status & RAY_ALL); }
 
 FN Ray path_ray(Path p) {
   Ray r = free_ray(make_real3(p.ox, p.oy, p.oz), make_real3(p.dx, p.dy, p.dz), p.t_min, p.t_max);

@@ -21,6 +21,7 @@ typedef struct {
   real t_min, t_max;
   uint after_instance, after_primitive;
   uint skip_instance, skip_primitive; /* never hit: the light that a shadow ray goes to; NONE otherwise */
+  uint within_instance, within_primitive; /* inside an object nothing else is hit; of spheres the second says which */
   uint kind;                          /* one RAY_ bit of RAY_ALL, and how it was made */
 } Ray;
 
@@ -34,6 +35,8 @@ FN Ray free_ray(real3 origin, real3 direction, real t_min, real t_max) {
   r.after_primitive = NONE;
   r.skip_instance = NONE;
   r.skip_primitive = NONE;
+  r.within_instance = NONE;
+  r.within_primitive = NONE;
   r.kind = RAY_ALL;
   return r;
 }
@@ -56,9 +59,13 @@ FN Hit no_hit(real t_max) {
   return h;
 }
 
+FN int is_within(uint instance, Ray r) { return (r.within_instance == NONE) | (r.within_instance == instance); }
+
 FN int is_wanted(real t, uint instance, uint primitive, Ray r) {
   int later = (instance + 1u > r.after_instance + 1u) | ((instance == r.after_instance) & (primitive > r.after_primitive));
   int skipped = (instance == r.skip_instance) & (primitive == r.skip_primitive);
+  if (SCENE_FEATURES & FEATURE_SUBSURFACE)
+    skipped = skipped | !is_within(instance, r) | ((r.within_instance == SPHERE_INSTANCE) & (primitive != r.within_primitive));
   return ((t > r.t_min) | ((t == r.t_min) & later)) & !skipped;
 }
 

@@ -26,6 +26,29 @@ FN int is_diffuse(int op) {
   }
 }
 
+/* What a path makes of a material that it meets. Who has been scattered diffusely before cannot tell where light comes
+ * out from where it goes in: subsurface scattering is diffuse to him, as in Cycles 4.5. */
+FN int meets_diffuse(uint kind, uint material_flags) {
+  return (SCENE_FEATURES & FEATURE_SUBSURFACE) && (kind & RAY_AFTER_DIFFUSE) && (material_flags & MATERIAL_SUBSURFACE);
+}
+FN Instruction met_instruction(Instruction i, int diffuse) {
+  if ((SCENE_FEATURES & FEATURE_SUBSURFACE) && diffuse && i.op == OP_SUBSURFACE) i.op = OP_DIFFUSE;
+  return i;
+}
+FN Material met_material(Material m, int diffuse) {
+  if ((SCENE_FEATURES & FEATURE_SUBSURFACE) && diffuse) m.flags &= ~MATERIAL_DELTA_ONLY;
+  return m;
+}
+/* To light that comes out from below any material is white and diffuse, with the normal of its subsurface scattering. */
+FN Material exit_material(Scene s, Material m) {
+  m.first += m.count;
+  m.count = 1u;
+  int bumps = (s.instructions[m.first].flags & INSTRUCTION_BUMPS) != 0u;
+  m.flags = bumps ? MATERIAL_BUMPS : 0u;
+  m.steps = bumps ? m.steps : 0u;
+  return m;
+}
+
 /* An instruction's closure at a point whose values lie in registers r. */
 FN Closure closure_of(Instruction i, const real *r) {
   if ((SCENE_FEATURES & FEATURE_VALUES) && (i.flags & INSTRUCTION_VARIES)) return bind_closure(i, r);

@@ -16,6 +16,7 @@
 /* How the ray was made, beside its kind. */
 #define RAY_SINGULAR 32u /* by a mirror or by smooth glass */
 #define RAY_SOFT 64u     /* of transmission: by a closure that is diffuse */
+#define RAY_AFTER_DIFFUSE 128u /* a surface before has scattered it diffusely; where there is FEATURE_SUBSURFACE */
 
 /* What a scene uses: kernels are specialised to it, loops over nothing are skipped. */
 #define FEATURE_INSTANCES 1u
@@ -40,6 +41,7 @@
 #define FEATURE_WORLD_SUN 524288u /* a disc of the world is drawn apart from its map */
 #define FEATURE_PANORAMA 1048576u /* a camera that is neither perspective nor orthographic */
 #define FEATURE_CAMERA_MOTION 2097152u /* the camera moves while its shutter is open */
+#define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -155,8 +157,9 @@ typedef struct {
 #define MATERIAL_TRANSPARENCY_VARIES 32u /* transparency holds registers */
 #define MATERIAL_BUMPS 64u      /* a closure has a normal of its own */
 #define MATERIAL_HOLDS_OUT 128u /* has an OP_HOLDOUT: takes alpha from a transparent film */
+#define MATERIAL_SUBSURFACE 256u /* has an OP_SUBSURFACE */
 typedef struct {
-  uint first, count; /* instructions */
+  uint first, count; /* instructions; behind them where the scene has FEATURE_SUBSURFACE that of light that comes out */
   uint flags;
   packed3 emission;     /* radiance, both sides */
   packed3 transparency; /* what a shadow ray keeps */

@@ -7,6 +7,7 @@
 #include "path.h"
 #include "sampler.h"
 #include "scatter.h"
+#include "walk.h"
 
 /* ---------------------------------------------------------------- generate */
 
@@ -213,8 +214,13 @@ FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p
   int diffuse = (sample.label & LABEL_DIFFUSE) != 0;
   uint kind = reflect ? (diffuse ? RAY_DIFFUSE : RAY_GLOSSY) : RAY_TRANSMISSION;
   kind |= (delta ? RAY_SINGULAR : 0u) | ((diffuse & !reflect) ? RAY_SOFT : 0u);
+  int enters = 0;
+  if (SCENE_FEATURES & FEATURE_SUBSURFACE) {
+    enters = (sample.label & LABEL_SUBSURFACE) != 0;
+    kind = enters ? 0u : kind | (diffuse ? RAY_AFTER_DIFFUSE : p.status & RAY_AFTER_DIFFUSE);
+  }
   uint count = 1u + (reflect ? (diffuse ? 0x100u : 0x10000u) : 0x1000000u);
-  uint bounces = transparent ? p.bounces : p.bounces + count;
+  uint bounces = transparent | enters ? p.bounces : p.bounces + count;
   uint passed = ((p.status >> 8) & 255u) + (transparent ? 1u : 0u);
   int last = reached_limits(params, bounces, passed) != 0u;
 
@@ -236,8 +242,8 @@ FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p
   q.dz = transparent ? p.dz : direction.z;
   q.t_min = transparent ? h.t : REAL(0.0);
   q.t_max = transparent ? p.t_max : FAR_AWAY;
-  q.after_instance = transparent ? h.instance : NONE;
-  q.after_primitive = transparent ? h.primitive : NONE;
+  q.after_instance = transparent | enters ? h.instance : NONE;
+  q.after_primitive = transparent | enters ? h.primitive : NONE;
   q.pdf = transparent ? p.pdf : (delta ? REAL(0.0) : value.pdf);
   q.bounces = bounces;
   uint flags = (p.status & (transparent ? PATH_FROM_CAMERA : 0u)) | (last ? PATH_LAST_HIT : 0u);

@@ -8,6 +8,7 @@
  * limits[k] counts the paths of a pass that the k-th bounce limit has ended; behind are the 64-bit sums of passes. */
 #include "passes.h"
 #include "shine.h"
+#include "way.h"
 
 #define SCENE_PARAMETERS \
   SCENE_BUFFERS(SCENE_PARAMETER) GLOBAL const Params *params_buffer
@@ -161,13 +162,31 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   uint stack[STACK_SIZE], i = 0u;
   Walk w;
   w.ref = NONE;
+  Way way;
+  way.inside = 0;
   for (uint k = share.first + uint_of(get_local_id(0)); k < share.end;) {
     if (w.ref == NONE) {
       i = queue[k];
-      begin_walk(&w, stack, s, path_ray(load_path(reals, uints, stride, i)));
+      Path p = load_path(reals, uints, stride, i);
+      Ray ray = path_ray(p);
+      way.inside = is_inside(p);
+      if (way.inside) {
+        start_way(&way, p, load_medium(reals + PATH_REAL_COUNT * stride, stride, i));
+        ray = next_ray(&way);
+      }
+      begin_walk(&w, stack, s, ray);
     }
     go_on(&w, stack, s, 0, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {
+      if (way.inside) {
+        int state = end_flight(&way, w.best);
+        if (state == WALK_ON) {
+          begin_walk(&w, stack, s, next_ray(&way));
+          continue;
+        }
+        store_path(reals, uints, stride, i, path_at_exit(way.path, way.walker, w.best, state));
+        if (state == WALK_LOST) w.best = no_hit(FAR_AWAY);
+      }
       store_hit(hit_reals, hit_uints, stride, i, w.best);
       k = atomic_inc(&next);
     }
@@ -182,8 +201,8 @@ typedef struct {
 
 /* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. `hidden`: kinds of rays
  * for which there is no light. */
-FN Evaluated evaluate_material(Scene s, Material m, Surface at, Choice all, real3 wo_world, real3 wi_world, uint hidden,
-                               const real *r, int split) {
+FN Evaluated evaluate_material(Scene s, Material m, int diffuse, Surface at, Choice all, real3 wo_world,
+                               real3 wi_world, uint hidden, const real *r, int split) {
   Frame shading = make_frame(at.ns);
   real3 surface_wo = to_local(shading, wo_world), surface_wi = to_local(shading, wi_world);
   Choice c = make_choice(REAL(0.0));
@@ -191,7 +210,7 @@ FN Evaluated evaluate_material(Scene s, Material m, Surface at, Choice all, real
   made.parts = no_shares();
   BsdfValue sum = make_value(zero3(), REAL(0.0));
   for (uint k = 0u; k < m.count; k++) {
-    Instruction i = s.instructions[m.first + k];
+    Instruction i = met_instruction(s.instructions[m.first + k], diffuse);
     Closure one = closure_of(i, r);
     real3 wo = surface_wo, wi = surface_wi;
     if (has_own_frame(i)) {
@@ -224,6 +243,7 @@ FN Evaluated evaluate_material(Scene s, Material m, Surface at, Choice all, real
 typedef struct {
   Path path;
   Connection connection;
+  Medium medium; /* of a path that has gone below the surface */
   int alive, connected;
 } Shaded;
 
@@ -260,6 +280,9 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
   }
   Material m = s.materials[at.material];
+  int diffuse = meets_diffuse(p.status, m.flags);
+  m = met_material(m, diffuse);
+  if (is_inside(p)) m = missed ? m : exit_material(s, m);
   compute_values(s, m, m.steps, at, path_ray(p), h, p.bounces, uint_of(path_passed(p)), registers);
   if (missed) {
     miss_scene(s, params, p, RESULT_ARGUMENTS, stride, registers);
@@ -287,7 +310,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   Choice choice = make_choice(u_choice.y);
   real3 weight = zero3();
   for (uint k = 0u; k < m.count; k++) {
-    Instruction i = s.instructions[m.first + k];
+    Instruction i = met_instruction(s.instructions[m.first + k], diffuse);
     Closure one = closure_of(i, registers);
     real3 wo = has_own_frame(i) ? to_local(own_frame(i, registers), wo_world) : surface_wo;
     if (is_closure(i.op)) {
@@ -300,7 +323,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   }
 
   if (choice.chosen < 0) return r; /* black from here */
-  Instruction chosen = s.instructions[m.first + uint_of(choice.chosen)];
+  Instruction chosen = met_instruction(s.instructions[m.first + uint_of(choice.chosen)], diffuse);
   Frame frame = frame_of(chosen, at, registers);
   BsdfSample sample = sample_closure(closure_of(chosen, registers), at.backfacing, s.albedo_tables,
                                      to_local(frame, wo_world), choice.u, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
@@ -330,7 +353,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
 #pragma unroll 1
   for (int turn = lit ? 0 : 1; turn < 2; turn++) {
     of_light = next;
-    next = evaluate_material(s, m, at, choice, wo_world, turn ? direction : light.direction,
+    next = evaluate_material(s, m, diffuse, at, choice, wo_world, turn ? direction : light.direction,
                              turn ? 0u : light.hidden, registers, split);
   }
   if (split) {
@@ -346,6 +369,11 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
                               sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
   r.path = on.path;
   r.alive = on.alive;
+  if ((SCENE_FEATURES & FEATURE_SUBSURFACE) && is_inside(on.path)) {
+    Entrance e = make_entrance(closure_of(chosen, registers), at.ns);
+    r.path = with_throughput(on.path, path_throughput(on.path) * e.weight);
+    r.medium = e.medium;
+  }
   return r;
 }
 
@@ -373,6 +401,7 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
     connects = r.connected;
     if (lives) {
       store_path(reals, uints, stride, i, r.path);
+      if (is_inside(r.path)) store_medium(reals + PATH_REAL_COUNT * stride, stride, i, r.medium);
       at_alive = atomic_inc(&alive);
     }
     if (connects) {

@@ -65,6 +65,7 @@ struct Batch {
 
   /* Values of materials, a column a register: of the surfaces being shaded, and of those that shadow rays meet. */
   std::vector<real> registers, shadow_registers;
+  std::vector<real> media; /* of paths inside an object, where the scene has FEATURE_SUBSURFACE */
   static_assert(REGISTER_STRIDE == CAPACITY);
 
   uint current = 0; /* which of the two halves of the path arrays is read */
@@ -76,10 +77,14 @@ struct Batch {
   Columns columns() { return {path_reals[current], path_uints[current]}; }
 };
 
-/* Paths of one material, all of which scatter, or all of which have had their last bounce. */
+/* What paths that meet a material do there: they scatter, or have had their last bounce; and of materials with subsurface
+ * scattering they take it for diffuse, or come out of it. */
+enum Meeting { SCATTERS, LAST, MEETS_DIFFUSE, COMES_OUT, MEETINGS };
+
+/* Paths that do the same at one material. */
 struct Group {
   uint material;
-  bool last;
+  Meeting meeting;
   uint first, end;
 };
 
@@ -91,6 +96,14 @@ FN Hit load_hit(const Batch &b, uint i) {
   h.instance = b.hit_instance[i];
   h.primitive = b.hit_primitive[i];
   return h;
+}
+
+FN void store_hit(Batch &b, uint i, const Hit &h) {
+  b.hit_t[i] = h.t;
+  b.hit_u[i] = h.u;
+  b.hit_v[i] = h.v;
+  b.hit_instance[i] = h.instance;
+  b.hit_primitive[i] = h.primitive;
 }
 
 static void add_light(Batch &__restrict b, Params params, uint i, Brought brought, uint from) {

@@ -14,7 +14,7 @@
 
 #include "host_scene.h"
 #include "render.h"
-#include "shade_loops.h"
+#include "walk_loops.h"
 
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
@@ -76,25 +76,19 @@ struct PathRays {
   Batch &b;
   Columns columns;
   Ray ray(uint i) const { return path_ray(path_at(columns, b.order[i])); }
-  void store(uint i, const Hit &h) {
-    uint at = b.order[i];
-    b.hit_t[at] = h.t;
-    b.hit_u[at] = h.u;
-    b.hit_v[at] = h.v;
-    b.hit_instance[at] = h.instance;
-    b.hit_primitive[at] = h.primitive;
-  }
+  void store(uint i, const Hit &h) { store_hit(b, b.order[i], h); }
 };
 
-static void extend_batch(Batch &b, Scene s, Rays kind) {
+static void extend_batch(Batch &b, Scene s, Walkers *walkers, Rays kind) {
   uint living = 0;
   for (uint i = 0; i < b.count; i++) {
     b.order[living] = i;
-    living += b.alive[i] != 0;
+    living += b.alive[i] && !(walkers && is_inside(path_at(b.columns(), i)));
   }
   b.closest += living;
   PathRays rays{b, b.columns()};
   trace_all(s, rays, living, 0, kind);
+  if (walkers) walk_batch(b, s, *walkers);
 }
 
 template <typename T>
@@ -109,16 +103,28 @@ static void permute_in_place(T *column, T *spare, const uint *order, uint n) {
   std::copy(spare, spare + n, column);
 }
 
+/* Of paths that have a bounce left. */
+FN Meeting meeting_inside(uint status, uint material_flags) {
+  if (!(status & RAY_ALL)) return COMES_OUT;
+  return meets_diffuse(status, material_flags) ? MEETS_DIFFUSE : SCATTERS;
+}
+
 /* Sorts the living paths and their hits by material (stable counting sort) and leaves the others out.
  * Paths that hit nothing come first. */
-static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups) {
+static void sort_batch(Batch &__restrict b, Scene s, bool walks, std::vector<Group> &groups) {
   groups.clear();
-  uint bins = 0;
+  uint bins = 0, meetings = walks ? MEETINGS : LAST + 1;
   for (uint i = 0; i < b.count; i++) {
     if (!b.alive[i]) continue;
-    uint last = (b.columns().uints[PATH_UINT_status * CAPACITY + i] & PATH_LAST_HIT) != 0;
     Hit h = load_hit(b, i);
-    b.key[i] = h.instance == NONE ? 0 : 2 * hit_material(s, h, s.world[0].features) + 1 + last;
+    b.key[i] = 0;
+    if (h.instance != NONE) {
+      uint material = hit_material(s, h, s.world[0].features);
+      uint status = b.columns().uints[PATH_UINT_status * CAPACITY + i];
+      Meeting meeting = status & PATH_LAST_HIT ? LAST : SCATTERS;
+      if (walks && meeting == SCATTERS) meeting = meeting_inside(status, s.materials[material].flags);
+      b.key[i] = meetings * material + 1 + meeting;
+    }
     bins = std::max(bins, b.key[i] + 1);
   }
   b.bins.assign(bins + 1, 0);
@@ -126,7 +132,7 @@ static void sort_batch(Batch &__restrict b, Scene s, std::vector<Group> &groups)
     if (b.alive[i]) b.bins[b.key[i] + 1]++;
   for (uint key = 0; key < bins; key++) {
     uint first = b.bins[key], size = b.bins[key + 1];
-    if (size) groups.push_back({key ? (key - 1) / 2 : MISS, key && (key - 1) % 2, first, first + size});
+    if (size) groups.push_back({key ? (key - 1) / meetings : MISS, Meeting(key ? (key - 1) % meetings : SCATTERS), first, first + size});
     b.bins[key + 1] += first;
   }
   for (uint i = 0; i < b.count; i++)
@@ -237,7 +243,7 @@ struct Cut {
 };
 
 static void render_part(Batch &__restrict b, Scene s, Params params, const Part &part, float *sums,
-                        std::vector<Group> &groups, const std::atomic<int> *cancelled) {
+                        std::vector<Group> &groups, Walkers *walkers, const std::atomic<int> *cancelled) {
   uint step = std::max(1u, CAPACITY / part.pixels);
   for (uint done = 0; done < params.samples; done += step) {
     uint samples = std::min(step, params.samples - done);
@@ -245,10 +251,11 @@ static void render_part(Batch &__restrict b, Scene s, Params params, const Part 
     std::fill(b.alive, b.alive + b.count, 1u);
     for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
       if (cancelled->load(std::memory_order_relaxed)) return;
-      extend_batch(b, s, kind);
-      sort_batch(b, s, groups);
+      extend_batch(b, s, walkers, kind);
+      sort_batch(b, s, walkers, groups);
       std::fill(b.alive, b.alive + b.count, 1u);
       shade_batch(b, s, params, groups);
+      if (walkers) enter_objects(b, s, groups);
     }
     accumulate_batch(b, params, part, params.first_sample + done, samples, sums);
   }
@@ -266,11 +273,16 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     batch->slot_columns.resize(size_t(drawn_group_column(cut.params) + 1) * CAPACITY);
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
+    std::unique_ptr<Walkers> walkers;
+    if (s.world[0].features & FEATURE_SUBSURFACE) {
+      walkers = std::make_unique<Walkers>();
+      batch->media.resize(size_t(MEDIUM_COLUMNS) * CAPACITY);
+    }
 #pragma omp for schedule(dynamic, 1)
     for (int t = 0; t < cut.parts; t++) {
       if (cancelled->load(std::memory_order_relaxed)) continue;
       cut.fill(*part, t);
-      render_part(*batch, s, cut.params, *part, sums, groups, cancelled);
+      render_part(*batch, s, cut.params, *part, sums, groups, walkers.get(), cancelled);
     }
 #pragma omp critical
     {

@@ -208,10 +208,14 @@ LAYERS(LAYER_LOOPS)
   if (c.i.flags & INSTRUCTION_VARIES) loop<true>(__VA_ARGS__); \
   else loop<false>(__VA_ARGS__)
 
+static Bound bind_met(const Batch &b, Scene s, Material m, Group g, uint k) {
+  return bind_instruction(b, met_instruction(s.instructions[m.first + k], g.meeting == MEETS_DIFFUSE));
+}
+
 static void choose_closures(Batch &__restrict b, Scene s, Material m, Group g) {
   start_choice(b, g);
   for (uint k = 0; k < m.count; k++) {
-    Bound c = bind_instruction(b, s.instructions[m.first + k]);
+    Bound c = bind_met(b, s, m, g, k);
     switch (c.i.op) {
 #define X(number, name, class_) \
   case number: RUN(consider_##name, b, g, c, k, s.albedo_tables); break;
@@ -234,7 +238,7 @@ static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g,
     for (real *column : {b.diffuse_r, b.diffuse_g, b.diffuse_b, b.glossy_r, b.glossy_g, b.glossy_b})
       std::fill(column + g.first, column + g.end, REAL(0.0));
   for (uint k = 0; k < m.count; k++) {
-    Bound c = bind_instruction(b, s.instructions[m.first + k]);
+    Bound c = bind_met(b, s, m, g, k);
     if (split) keep_value(b, g);
     if (limited) find_seen_weights(b, g, c.i.op, k);
     const real *wr = limited ? b.seen_r : b.weight_r[k], *wg = limited ? b.seen_g : b.weight_g[k];
@@ -262,7 +266,7 @@ static void sample_closures(Batch &__restrict b, Scene s, Material m, Group g) {
   for (real *column : {b.wix, b.wiy, b.wiz, b.height, b.sr, b.sg, b.sb}) std::fill(column + g.first, column + g.end, REAL(0.0));
   for (int *column : {b.delta, b.label, b.valid}) std::fill(column + g.first, column + g.end, 0);
   for (uint k = 0; k < m.count; k++) {
-    Bound c = bind_instruction(b, s.instructions[m.first + k]);
+    Bound c = bind_met(b, s, m, g, k);
     switch (c.i.op) {
 #define X(number, name, class_) \
   case number: RUN(sample_all_##name, b, g, c, k, s.albedo_tables); break;
@@ -313,13 +317,14 @@ static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material
 
 template <uint FEATURES>
 static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
-  Material m = s.materials[g.material];
+  Material m = met_material(s.materials[g.material], g.meeting == MEETS_DIFFUSE);
+  if (g.meeting == COMES_OUT) m = exit_material(s, m);
   make_surfaces<FEATURES>(b, s, g);
   run_values(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
   if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
-  if (g.last) {
+  if (g.meeting == LAST) {
     pass_last(b, params, m, g);
     return;
   }

@@ -11,8 +11,8 @@
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
-/* How alike the rays are: any order, or neighbours that go much the same way. */
-enum Rays { SCATTERED, COHERENT };
+/* How alike the rays are: any order, or neighbours that go much the same way; or that each is within one object. */
+enum Rays { SCATTERED, COHERENT, INSIDE };
 
 /* Traces the rays source.ray(0) to source.ray(count - 1) and gives their hits to source.store(number, hit). */
 template <typename Source>
@@ -22,7 +22,7 @@ static void trace_all(Scene s, Source &source, uint count, int any, Rays kind = 
 #else
   const WideTree &tree = *static_cast<const WideTree *>(s.accelerator);
   bool triangles_only = !(s.world[0].features & (FEATURE_INSTANCES | FEATURE_SPHERES));
-  if (triangles_only && tree.blocks.size() <= FEW_BLOCKS)
+  if (triangles_only && kind != INSIDE && tree.blocks.size() <= FEW_BLOCKS)
     trace_few(tree, source, count);
   else if (triangles_only && kind == COHERENT && !any)
     trace_packets(tree, s, source, count);

@@ -187,7 +187,7 @@ static bool hit_block(Packet &p, const TriangleBlock &b) {
       TriangleHit h = triangle_hit(v0, v1, v2, make_real3(p.origin[0].at[i], p.origin[1].at[i], p.origin[2].at[i]),
                                    make_real3(p.direction[0].at[i], p.direction[1].at[i], p.direction[2].at[i]), shear);
       h.hit &= (kinds & p.kind[i]) != 0;
-      Ray ray;
+      Ray ray = free_ray(zero3(), zero3(), REAL(0.0), REAL(0.0));
       ray.t_min = p.t_min.at[i];
       ray.after_instance = p.after_instance[i];
       ray.after_primitive = p.after_primitive[i];

@@ -203,7 +203,7 @@ static bool step_other(Lane &l, const WideTree &tree, Scene s, int any) {
     if (l.best.t < before || (any && l.best.instance != NONE)) shorten(l, any);
   } else {
     const Instance &i = s.instances[REF_INDEX(ref)];
-    if (i.visibility & l.ray.kind) {
+    if ((i.visibility & l.ray.kind) && is_within(REF_INDEX(ref), l.ray)) {
       push(l, REF_RETURN);
       enter_space(l, transform_point(i.to_object, l.ray.origin), transform_vector(i.to_object, l.ray.direction), REF_INDEX(ref));
       push(l, tree.roots[REF_INDEX(ref)]);

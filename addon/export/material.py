@@ -29,6 +29,7 @@ from .closures import (
 from .lookups import Lookups
 from .nodes import find_input, source_of
 from .principled import principled
+from .subsurface import subsurface_scattering
 from .value_nodes.normals import displaced_normal
 from .values import Values, as_triple, each, grey, not_negative, saturate
 
@@ -229,6 +230,6 @@ SHADERS = {
     "ShaderNodeBsdfToon": toon,
     "ShaderNodeBsdfHair": as_diffuse,
     "ShaderNodeBsdfHairPrincipled": as_diffuse,
-    "ShaderNodeSubsurfaceScattering": as_diffuse,
+    "ShaderNodeSubsurfaceScattering": subsurface_scattering,
     "ShaderNodeEeveeSpecular": as_diffuse,
 }

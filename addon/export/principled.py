@@ -28,12 +28,11 @@ from .closures import (
     roughness,
 )
 from .nodes import find_input
+from .subsurface import principled_share, principled_subsurface
 from .values import as_triple, each, grey, not_negative, source
 
 # Inputs that are not supported, by their names in both versions, and the value at which they do nothing.
 LEFT_OUT = {
-    "Subsurface Weight": "subsurface scattering is not supported: rendered diffuse",
-    "Subsurface": "subsurface scattering is not supported: rendered diffuse",
     "Transmission Roughness": "not supported (gone since Blender 4): Roughness is used",
 }
 
@@ -50,6 +49,7 @@ def principled(values, node, stack, weight) -> list[Closure]:
         return clamp(values.number(node, stack, *names))
 
     base = not_negative(values.color(node, stack, "Base Color"))
+    below, scale, base = principled_share(values, node, stack, base)
     tint = specular_tint(values, node, stack, base)
     ior = maximum(values.number(node, stack, "IOR"), 1e-5)
     level = maximum(values.number(node, stack, "Specular IOR Level", "Specular"), 0.0)
@@ -90,6 +90,10 @@ def principled(values, node, stack, weight) -> list[Closure]:
             layer, params = "layer_film_specular", own
         closures.append(Closure(operation, as_triple(weight), own, above))
         above += (Layer(layer, np.ones(3), params),)
+    if matters(below):
+        closures += principled_subsurface(values, node, stack, weight * below, at_most_1(base), scale, eta,
+                                          rough["roughness"], above)
+        weight = weight * (1.0 - below)
     closures.append(diffuse_closure(weight, base, optional(values, node, stack, "Diffuse Roughness", 0.0), above))
     return closures
 

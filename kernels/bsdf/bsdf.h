@@ -19,6 +19,7 @@
 #include "rough_diffuse.h"
 #include "sheen.h"
 #include "specular.h"
+#include "subsurface.h"
 #include "toon.h"
 #include "translucent.h"
 #include "transparent.h"
@@ -55,6 +56,7 @@
 #define OP_LAYER_FILM_SPECULAR 28
 #define OP_BECKMANN_GLASS 29
 #define OP_HOLDOUT 30
+#define OP_SUBSURFACE 31
 
 /* X(number, name, class of its labels): eval_NAME, sample_NAME and albedo_NAME exist. */
 #define CLOSURES(X)                                                    \
@@ -82,7 +84,8 @@
   X(OP_FILM_SPECULAR, film_specular, LABEL_GLOSSY)                     \
   X(OP_FILM_GLASS, film_glass, LABEL_GLOSSY)                           \
   X(OP_BECKMANN_GLASS, beckmann_glass, LABEL_GLOSSY)                   \
-  X(OP_HOLDOUT, holdout, LABEL_GLOSSY)
+  X(OP_HOLDOUT, holdout, LABEL_GLOSSY)                                 \
+  X(OP_SUBSURFACE, subsurface, LABEL_SUBSURFACE)
 
 /* X(number, name): layer_NAME exists; makes the layer weight of what follows in the program. */
 #define LAYERS(X)                          \
@@ -174,7 +177,8 @@ FN real roughness_product(Closure c) {
     case OP_DIFFUSE_TOON:
     case OP_GLOSSY_TOON:
     case OP_SHEEN:
-    case OP_VELVET: return REAL(1.0);
+    case OP_VELVET:
+    case OP_SUBSURFACE: return REAL(1.0);
     case OP_BECKMANN:
     case OP_ASHIKHMIN_SHIRLEY: return param(c, 0) * param(c, 1);
     case OP_ANISO_GLOSSY: return param(c, 0) * param(c, ANISO_GLOSSY_ROUGHNESS_Y);

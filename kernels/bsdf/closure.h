@@ -13,6 +13,7 @@
 #define LABEL_GLOSSY 8
 #define LABEL_SINGULAR 16
 #define LABEL_TRANSPARENT 32
+#define LABEL_SUBSURFACE 64
 
 /* A closure at the point that is shaded: an Instruction with the values of its parameters. */
 typedef struct {

@@ -228,10 +228,52 @@ def test_principled_film():
     assert not notes
 
 
+MEAN_PATH = 0.25 / np.pi  # over the radius
+
+
+def test_subsurface():
+    others = {"IOR": 1.3} if V1 else {"IOR": 1.3, "Roughness": 0.25}
+
+    def build(tree, output):
+        shader = node(tree, "ShaderNodeSubsurfaceScattering", output.inputs["Surface"], Color=(0.2, 0.4, 0.6),
+                      Scale=2.0, Radius=(1.0, 0.5, 0.0), **others)
+        shader.falloff = "RANDOM_WALK_FIXED_RADIUS" if V1 else "RANDOM_WALK"
+    steps, notes, _ = exported(build)
+    walk = {"ior": 1.3, "roughness": 1.0 if V1 else 0.5, "diffuse": 0.0, "anisotropy": 0.0, "out": 1.0}
+    assert [s[0] for s in steps] == ["diffuse", "subsurface"] and not notes
+    near(steps[0][1], (0.0, 0.0, 0.6))
+    near(steps[1][1], (0.2, 0.4, 0.0))
+    for name, value in (walk | rgb("albedo", 0.2, 0.4, 0.6)).items():
+        near(steps[1][2][name], value)
+    near(steps[1][2]["radius_g"], MEAN_PATH)
+
+
+def test_subsurface_of_skin_and_of_what_is_not_supported():
+    for falloff, share in (("RANDOM_WALK" if V1 else "RANDOM_WALK_SKIN", 0.5), ("BURLEY", 0.0)):
+        def build(tree, output, falloff=falloff):
+            shader = node(tree, "ShaderNodeSubsurfaceScattering", output.inputs["Surface"], Radius=(1.0, 1.0, 1.0))
+            shader.falloff = falloff
+        (step,), notes, _ = exported(build)
+        near(step[2]["diffuse"], share)
+        assert bool(notes) == (falloff == "BURLEY")
+        bpy.data.materials.remove(bpy.data.materials["tested"])
+
+
+def test_principled_subsurface():
+    """In files of 3.x the amount is the scale: all light goes below, and the colour is mixed with another."""
+    inputs = {"Subsurface": 0.25, "Subsurface_Color": (1.0, 0.8, 0.6)} if V1 else {
+        "Subsurface_Weight": 0.25, "Subsurface_Scale": 0.25}
+    steps, _ = principled(Base_Color=(0.2, 0.4, 0.6), Subsurface_Radius=(1.0, 0.5, 0.25),
+                          **{PRINCIPLED["level"]: 0.0}, **inputs)
+    color = np.array((0.4, 0.5, 0.6)) if V1 else np.array((0.2, 0.4, 0.6))
+    assert [s[0] for s in steps] == (["subsurface"] if V1 else ["subsurface", "diffuse"])
+    near(steps[0][1], color * (1.0 if V1 else 0.25))
+    radius = {} if V1 else {"radius_r": 0.25 * MEAN_PATH}  # V1's method is the skin's
+    for name, value in (rgb("albedo", *color) | radius).items():
+        near(steps[0][2][name], value)
+
+
 def test_principled_leaves_out_by_name():
-    _, notes = principled(**{"Subsurface" if V1 else "Subsurface_Weight": 1.0})
-    assert any("subsurface" in what for what in notes)
-    bpy.data.materials.remove(bpy.data.materials["tested"])
     _, notes = principled(**{"Clearcoat" if V1 else "Coat_Weight": 1.0, PRINCIPLED["emission"]: (1.0, 1.0, 1.0),
                              "Emission_Strength": 1.0})
     assert any("emission" in what for what in notes)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from isophote.values import fold, operations
+from isophote.values import call1, fold, operations
 from tests.kernel_lib import ValueKernels
 
 EXTREMES = (0.0, 1.0, -1.0, 0.5, -0.5, 2.0, 3.0, 1e-12, -1e-12, 1e6, -1e6)
@@ -167,7 +167,24 @@ def scale_of(name: str, inputs: np.ndarray, outputs: np.ndarray) -> np.ndarray:
 
 def test_every_operation_has_a_formula():
     listed = {name for name, each in operations().items() if each.number // 32 in (1, 2, 3)}
-    assert listed - set(FORMULAS) == {"vector", "blackbody"}
+    assert listed - set(FORMULAS) == {"vector", "blackbody", "dipole_length"}
+
+
+@pytest.mark.parametrize("ior", [1.01, 1.4, 3.8])
+def test_dipole_length_inverts_the_dipole(ior):
+    """The reduced albedo that it stands for reflects the colour, to what twelve halvings tell apart."""
+    for colour in (0.01, 0.2, 0.5, 0.8, 0.95):
+        root = call1("dipole_length", colour, ior, repeat=12)  # sqrt(3 (1 - albedo))
+        back = -1.44 / ior**2 + 0.71 / ior + 0.668 + 0.0636 * ior
+        internal = 4 / 3 * (1 + back) / (1 - back)
+        ends = []
+        for near in (-1, 1):
+            albedo = min(max(1 - root**2 / 3 + near * 2.0**-12, 0.0), 1.0)
+            s = np.sqrt(3 * (1 - albedo))
+            ends.append(0.5 * albedo * (1 + np.exp(-internal * s)) * np.exp(-s))
+        assert ends[0] <= colour <= ends[1]
+    assert call1("dipole_length", 0.0, ior, repeat=12) == np.sqrt(3)
+    assert 0 < call1("dipole_length", 1.0, ior, repeat=12) < 0.002
 
 
 @pytest.mark.parametrize("name", FORMULAS)

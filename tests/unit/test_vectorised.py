@@ -75,7 +75,7 @@ def entries(name: str) -> int:
 def marked_loops() -> dict[tuple[str, int], int]:
     """(file, line) -> how many loops start there; those inside a macro start where it is expanded."""
     found: dict[tuple[str, int], int] = Counter()
-    files = ("shade_loops.h", "light_loops.h", "value_loops.h", "openmp_loops.cpp")
+    files = ("shade_loops.h", "light_loops.h", "value_loops.h", "walk_loops.h", "openmp_loops.cpp")
     for path in (NATIVE / name for name in files):
         lines, macro, inside = path.read_text().splitlines(), None, Counter()
         for number, line in enumerate(lines, 1):

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from isophote.materials import make_instruction
 from isophote.records import numbers
 from isophote.scene import Scene
-from isophote.values import ARITHMETIC
+from isophote.values import ARITHMETIC, clamp
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
 from tests.parity.scenes.pictures import pictures
@@ -202,9 +203,45 @@ def moving_panorama() -> Scene:
     return b.make(camera_poses=turns, shutter_curve=(0.2, 1.0, 0.5))
 
 
+def skins() -> Scene:
+    """Light below surfaces: of a sphere with another one in it, of instances, some mirrored; constants and what varies,
+    with normals of its own, mixed and layered; seen in a floor that is rough and glossy."""
+    b = Builder((20, 16))
+    b.world = (0.6, 0.7, 0.9)
+    b.look((0, -7, 3), (0, 0, 0.7), 0.45)
+    b.add(quad((0, 0, 0), (6, 0, 0), (0, 6, 0)),
+          program(("diffuse", 0.4), ("glossy", 0.4, dict(roughness=0.1, multiscatter=1))))
+
+    def walk(radius, albedo, **others):
+        params = dict(anisotropy=0.0, ior=1.4, roughness=0.7, diffuse=0.0) | others
+        params |= {f"{name}_{c}": v for name, three in (("radius", radius), ("albedo", albedo))
+                   for c, v in zip("rgb", three, strict=True)}
+        return "subsurface", albedo, params
+
+    wax = walk((0.1, 0.2, 0.05), (0.9, 0.8, 0.4))
+    skin = walk((0.3, 0.1, 0.1), (0.8, 0.1, 0.0), anisotropy=0.8, diffuse=0.5)
+    coat = dict(roughness=0.2, multiscatter=1, ior=1.5)
+    marbled = clamp(ARITHMETIC.call("position")[0] * 0.5 + 0.5)
+    uneven = walk((marbled * 0.3 + 0.05,) * 3, (0.9, marbled, 0.3))
+    x, y, z = ARITHMETIC.call("shading_normal")
+    bent = ARITHMETIC.call("unit_normal", (x + 0.3, y, z))[:3]
+    bumped = [make_instruction(*uneven[:2], normal=bent, **uneven[2]), *program(("diffuse", 0.1))]
+    body = b.mesh(ball(rings=6), normals=ball(rings=6)[0])
+    coated = program(("specular", 1.0, coat), ("layer_specular", 1.0, coat), wax)
+    for k, (instructions, scale) in enumerate([
+            (program(wax), (1, 1, 1)), (program(skin, ("diffuse", 0.2)), (-1, 1, 0.7)), (coated, (0.7, -0.8, 1)),
+            (program(uneven), (1, 1, 1)), (bumped, (0.9, 1, 1))]):
+        b.instance(body, b.material(instructions), matrix=place((1.9 * k - 3.8, 0.8, 0.9), np.multiply(scale, 0.9), k))
+    b.sphere((-1.2, -1.6, 0.6), 0.6, b.material(program(skin)))
+    b.sphere((-1.2, -1.6, 0.6), 0.4, b.material(diffuse((0.1, 0.8, 0.1))))
+    b.add((0.5 * ball(rings=5)[0] + (1.0, -1.8, 0.5), ball(rings=5)[1]), program(wax, ("transparent", 0.3)))
+    b.lamp(POINT, 300.0, place((3, -4, 5)), (0.3, 0))
+    return b.make()
+
+
 SCENES = {scene.__name__: scene for scene in (
     cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs, pictures, shown,
-    under_skies, moving_panorama)}
+    under_skies, moving_panorama, skins)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -217,6 +254,7 @@ SETTINGS = {
     "moving_panorama": dict(max_bounces=4),
     "inputs": dict(max_bounces=6),
     "shown": dict(film_transparent=True, named=NAMED),
+    "skins": dict(film_transparent=True, clamp_indirect=4.0),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
     "under_skies": dict(max_bounces=4),
 }
