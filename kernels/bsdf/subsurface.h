@@ -3,7 +3,7 @@
  *
  * Chiang, Kutz and Burley 2016, "Practical and Controllable Subsurface Scattering for Production Path Tracing": what
  * users give is the colour that comes out and a mean free path. As in Cycles 4.5, whoever was scattered diffusely before
- * meets a diffuse closure of the same weight instead (meeting.h). */
+ * meets a diffuse closure of the same weight instead (scatter.h). */
 #ifndef ISOPHOTE_BSDF_SUBSURFACE_H
 #define ISOPHOTE_BSDF_SUBSURFACE_H
 #include "diffuse.h"

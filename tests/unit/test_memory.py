@@ -1,6 +1,7 @@
 """Memory: what does not fit is refused before rendering with the bytes named; what is scarce is used sparingly."""
 
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -23,12 +24,21 @@ from isophote.memory import (
     readable,
 )
 from isophote.passes import film_planes
+from isophote.records import header
 from isophote.scene import resized
 from isophote.session import Session
 from isophote.settings import Settings
+from isophote.wavefront import COLUMNS, MEDIUM_COLUMNS
 from tests.conftest import missing
 from tests.parity.scenes import SCENES
 from tests.scenes import ready
+
+
+def test_columns_are_those_of_the_kernels():
+    path = header("path.h")
+    lists = {name: re.search(rf"#define {name}\(X\)((?:.*\\\n)*.*)", text).group(1)
+             for name, text in (("PATH_REALS", path), ("PATH_UINTS", path), ("MEDIUM_REALS", header("walk.h")))}
+    assert [lists[name].count("X(") for name in lists] == [COLUMNS["reals"], COLUMNS["uints"], MEDIUM_COLUMNS]
 
 
 @pytest.mark.parametrize(("count", "text"), [(12, "12 bytes"), (2048, "2.0 KiB"), (3 << 20, "3.0 MiB"),
