@@ -119,6 +119,30 @@ def lamps() -> Scene:
     return b.make()
 
 
+def shaped_lamps() -> Scene:
+    """Lamps with a spread, a stretched cone, programs of their own; hidden from kinds of rays or from many bounces."""
+    b = Builder((20, 16))
+    b.look((0, -7, 4), (0, 0, 0.3), 0.5)
+    b.add(quad((0, 0, 0), (6, 0, 0), (0, 6, 0)),
+          program(("diffuse", 0.6), ("glossy", 0.3, dict(roughness=0.2, multiscatter=0))))
+    b.add(quad((0, 4, 2), (6, 0, 0), (0, 0, 2)), diffuse((0.5, 0.6, 0.8)))
+    x, y, z = ARITHMETIC.call("position")
+    striped = [abs(ARITHMETIC.call("sine", (part * 9.0,))[0]) for part in (x, y, z)]
+    made = b.material(program(("emission", striped)))
+    for k, kind in enumerate((POINT, SPOT, SUN, RECTANGLE, ELLIPSE)):
+        where = look_at((1.5 * k - 3.2, 1.0, 2.2), (1.2 * k - 2.5, 0, 0))
+        if kind == SPOT:
+            where = where * (0.6, 1.3, 0.9, 1)
+        area = (0.5, 0.3)
+        for material, flags in ((None, 3 << 8), (made, 0)):
+            strength = (0.3 if kind == SUN else 40.0) * np.array((1, 0.8, 0.3 + 0.1 * k))
+            b.lamp(kind, strength, where, area if kind >= RECTANGLE else (0.2, 0), (0.8, 0.3), flags,
+                   visibility=31 - (DIFFUSE, GLOSSY, CAMERA)[k % 3], spread=0.9 if kind >= RECTANGLE else 0.0,
+                   material=material)
+    b.instance(b.mesh(box(half=0.4)), b.material(diffuse((0.8, 0.3, 0.2))), matrix=place((0.5, -1.5, 0.4), 1, 0.5))
+    return b.make()
+
+
 def closures() -> Scene:
     """One ball for each closure at two roughnesses, and mixes of them, under a world."""
     b = Builder((24, 16))
@@ -240,14 +264,15 @@ def skins() -> Scene:
 
 
 SCENES = {scene.__name__: scene for scene in (
-    cornell_like, spheres, instances, lamps, closures, rare_closures, conversions, inputs, pictures, shown,
-    under_skies, moving_panorama, skins)}
+    cornell_like, spheres, instances, lamps, shaped_lamps, closures, rare_closures, conversions, inputs, pictures,
+    shown, under_skies, moving_panorama, skins)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
     "spheres": dict(max_bounces=8, filter_width=2.5),
     "instances": dict(film_transparent=True),
     "lamps": dict(diffuse_bounces=1, clamp_direct=4.0, clamp_indirect=1.0),
+    "shaped_lamps": dict(max_bounces=4),
     "closures": dict(seed=7),
     "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
