@@ -132,7 +132,7 @@ static void sort_batch(Batch &__restrict b, Scene s, bool walks, std::vector<Gro
     if (b.alive[i]) b.bins[b.key[i] + 1]++;
   for (uint key = 0; key < bins; key++) {
     uint first = b.bins[key], size = b.bins[key + 1];
-    if (size) groups.push_back({key ? (key - 1) / meetings : MISS, Meeting(key ? (key - 1) % meetings : SCATTERS), first, first + size});
+    if (size) groups.push_back({key ? (key - 1) / meetings : MISS, Meeting(key ? (key - 1) % meetings : 0u), first, first + size});
     b.bins[key + 1] += first;
   }
   for (uint i = 0; i < b.count; i++)

@@ -127,7 +127,7 @@ def shaped_lamps() -> Scene:
           program(("diffuse", 0.6), ("glossy", 0.3, dict(roughness=0.2, multiscatter=0))))
     b.add(quad((0, 4, 2), (6, 0, 0), (0, 0, 2)), diffuse((0.5, 0.6, 0.8)))
     x, y, z = ARITHMETIC.call("position")
-    striped = [abs(ARITHMETIC.call("sine", (part * 9.0,))[0]) for part in (x, y, z)]
+    striped = [ARITHMETIC.call("sine", (part * 9.0,))[0] * 0.4 + 0.6 for part in (x, y, z)]
     made = b.material(program(("emission", striped)))
     for k, kind in enumerate((POINT, SPOT, SUN, RECTANGLE, ELLIPSE)):
         where = look_at((1.5 * k - 3.2, 1.0, 2.2), (1.2 * k - 2.5, 0, 0))
