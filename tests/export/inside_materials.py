@@ -327,7 +327,7 @@ def test_groups_and_muted_nodes():
 def test_unknown_nodes_are_named_and_the_socket_counts():
     def build(tree, output):
         shader = node(tree, "ShaderNodeBsdfDiffuse", output.inputs["Surface"], Color=(0.3, 0.2, 0.1))
-        node(tree, "ShaderNodeTexIES", shader.inputs["Color"]).name = "Profile"
+        node(tree, "ShaderNodeShaderToRGB", shader.inputs["Color"]).name = "Profile"
         node(tree, "ShaderNodeBevel", shader.inputs["Normal"])
     steps, notes, _ = exported(build)
     check(steps, ("diffuse", (0.3, 0.2, 0.1), {}))
