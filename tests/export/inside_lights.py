@@ -111,13 +111,15 @@ def test_what_is_left_out_is_named():
 
 
 def test_spread_and_stretched_cone():
-    for name, spread in (("narrow", 1.0), ("parallel", 0.0)):
-        add(name, lamp("AREA", spread=spread))
+    parallel = lamp("AREA", spread=0.0)
+    add("parallel", parallel)
+    add("narrow", lamp("AREA", spread=1.0))
     add("spot", lamp("SPOT"), scale=(2, 1, 3))
     add("point", lamp("POINT"), scale=(2, 1, 3))
     scene = export()
     spread = dict(zip(scene.names["lights"], scene.light_spread, strict=True))
-    near([spread[name] for name in ("narrow", "parallel", "spot")], (1.0, 1e-3, 0.0))
+    near([spread[name] for name in ("narrow", "parallel", "spot")],
+         (1.0, max(parallel.spread, 1e-3), 0.0))  # Blender 3.4 has a degree at least
     lengths = dict(zip(scene.names["lights"], np.linalg.norm(scene.light_to_world[:, :, :3], axis=1), strict=True))
     near(lengths["spot"], (2, 1, 3))
     near(lengths["point"], np.ones(3))
