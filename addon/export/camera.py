@@ -15,6 +15,7 @@ from isophote.records import numbers
 from isophote.scene import SceneError
 
 from .. import compat
+from .origin import make_origin
 
 KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC"}  # CAMERA_ numbers of kernels/scene_records.h
 PANORAMAS = {
@@ -25,7 +26,6 @@ PANORAMAS = {
 # space is that of Cycles' panoramas (kernels/camera_space.h).
 PANORAMA_AXES = ((2, 0, 1), (-1.0, -1.0, -1.0))
 BALL_AXES = ((0, 2, 1), (1.0, 1.0, -1.0))
-CELL = 10  # binary orders from the nearest thing that the camera sees to the grid of origins
 
 
 def export_camera(scene, camera, resolution, notes, view: View | None = None,
@@ -148,20 +148,6 @@ def sensor_of(data, render, resolution) -> np.ndarray:
     """Width and height of what a frame uses of the sensor, mm, f8 [2]."""
     left, right, bottom, top = make_window(data, render, resolution, (0.0, 0.0)) * data.lens
     return np.array([right - left, top - bottom])
-
-
-def make_origin(place: np.ndarray, nearest: float) -> np.ndarray:
-    """The point of a coarse grid that is next to the camera's place, f8 [3]: what all else is relative to.
-
-    Its cells are 2^CELL times as wide as the power of two below `nearest`, the distance of the nearest thing
-    that the camera sees (or the width of what an orthographic one sees), metres. So a camera that moves keeps
-    the bits of what it looks at as long as it stays in its cell, and rounding to float32 moves nothing within
-    the cell by more than 2^-16 of `nearest` (docs/architecture.md). A camera's place within it is exact.
-    """
-    if not nearest > 0.0:
-        return place.copy()
-    cell = np.ldexp(1.0, np.frexp(nearest)[1] - 1 + CELL)
-    return np.round(place / cell) * cell
 
 
 def make_rigid(matrix: np.ndarray, name: str, notes) -> np.ndarray:

@@ -74,7 +74,7 @@ def test_powers_of_ten_are_rounding(space):
 @cache
 def make_origin():
     """The exporter's, which needs no Blender; its package is loaded without it."""
-    spec = importlib.util.spec_from_file_location("export_camera", ROOT / "addon" / "export" / "camera.py")
+    spec = importlib.util.spec_from_file_location("export_origin", ROOT / "addon" / "export" / "origin.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.make_origin
