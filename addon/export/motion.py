@@ -36,7 +36,7 @@ def with_motion(scene: Scene, engine, depsgraph, view: str, notes: Notes) -> dic
     settings = getattr(camera, "cycles", None)
     steps = 2 ** getattr(settings, "motion_steps", 1) + 1 if getattr(settings, "use_motion_blur", True) else 1
     times = center + np.linspace(-0.5, 0.5, steps) * shutter if steps > 1 else np.array([center])
-    lens, places = camera.data.lens, []
+    lens, places, shapes = camera.data.lens, [], []
     views: list[View] = []
     try:
         for time in times:
@@ -44,11 +44,13 @@ def with_motion(scene: Scene, engine, depsgraph, view: str, notes: Notes) -> dic
             camera = camera_of(engine, depsgraph)
             views.append(view_of(engine, camera, view))
             places.append(matrices_of(depsgraph))
+            shapes.append(shapes_of(depsgraph) if len(times) > 1 else {})
             if camera.data.lens != lens:
                 what = "a lens that changes while the shutter is open is not supported: it stays"
                 notes.add("camera", camera.name, what)
         if len(times) > 1:
             note_moving_objects(places, notes)
+            note_deforming_meshes(shapes, notes)
         if center != frame + subframe:
             set_time(engine, center)
         middle = export_camera(blender_scene, camera_of(engine, depsgraph), scene.resolution, Notes(),
@@ -92,6 +94,23 @@ def note_moving_objects(places: list[dict], notes: Notes) -> None:
         limit = MOVED * np.abs(matrix).max()
         if any(name in other and np.abs(other[name] - matrix).max() > limit for other in places[1:]):
             notes.add("object", name, "it moves while the shutter is open, which is not supported: it stays")
+
+
+def shapes_of(depsgraph) -> dict[str, int]:
+    """Of objects that are meshes, by name: a hash of where the vertices of the evaluated mesh are."""
+    found = {}
+    for ob in depsgraph.objects:
+        if ob.type == "MESH":
+            places = np.empty(3 * len(ob.data.vertices), np.float32)
+            ob.data.vertices.foreach_get("co", places)
+            found[ob.name] = hash(places.tobytes())
+    return found
+
+
+def note_deforming_meshes(shapes: list[dict], notes: Notes) -> None:
+    for name, shape in shapes[0].items():
+        if any(other.get(name, shape) != shape for other in shapes[1:]):
+            notes.add("object", name, "its mesh changes while the shutter is open, which is not supported: it stays")
 
 
 def note_rolling_shutter(scene, notes: Notes) -> None:

@@ -213,4 +213,6 @@ def test_a_moving_camera_blurs_as_in_cycles(host):
         ours, theirs = (rgba(host.folder / f"{name}_{engine}.exr")[..., :3] for engine in ("ISOPHOTE", "CYCLES"))
         assert np.quantile(np.abs(ours - theirs).max(axis=-1), 0.9) < 5e-3, name
         np.testing.assert_allclose(ours.mean(axis=(0, 1)), theirs.mean(axis=(0, 1)), atol=1e-3)
+    assert "object 'moving': it moves while the shutter is open" in log
+    assert "object 'bending': its mesh changes while the shutter is open" in log
     assert "Isophote: error" not in log
