@@ -5,13 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from bench.cycles_compare import render_both, same_bits
 from bench.cycles_process import find_python
-from bench.replicates import compare_replicates
 from tests.conftest import missing
+from tests.images.agreement import assert_agrees
 
 SCRIPT = Path(__file__).parents[2] / "blend_scenes" / "nodes" / "make_lamps.py"
-SIZE, SAMPLES, REPLICATES = 48, 512, 12
+SAMPLES, REPLICATES = 512, 12
 # How noisy a picture may be at equal samples, as variance over Cycles'.
 # The tree of lights knows the brightest that a program may be, not where, nor which of two lamps in a cluster lights a
 # place: what one lamp alone lights is noisier then.
@@ -29,13 +28,5 @@ def test_pictures_agree(case, tmp_path):
     blend = tmp_path / "lamps.blend"
     subprocess.run([python, str(SCRIPT), "--", str(blend), case], check=True, capture_output=True,
                    stdin=subprocess.DEVNULL)
-    renders = render_both(blend, SIZE, SAMPLES, REPLICATES)
-    assert not renders["scene"].notes, renders["scene"].notes
-    found = compare_replicates(renders["isophote"], renders["cycles"])
-    for mean in found["means"]:
-        assert abs(mean["ratio"] - 1.0) <= 1.5 * mean["half_interval"] + 2e-4, found
-        assert mean["half_interval"] < 0.01, found
-    assert found["tiles"]["passed"] and found["pixels"]["passed"], found
-    assert found["noise"]["median"] <= NOISE[case], found
-    bits = same_bits(renders["scene"], renders["settings"])
-    assert bits.get("differing", 0) == 0, bits
+    found = assert_agrees(blend, SAMPLES, REPLICATES, NOISE[case])
+    assert all(mean["half_interval"] < 0.01 for mean in found["means"]), found

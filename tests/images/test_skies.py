@@ -16,13 +16,14 @@ from bench.cycles_compare import render_both, same_bits
 from bench.cycles_process import find_python
 from bench.replicates import compare_replicates
 from tests.conftest import missing
+from tests.images.agreement import SIZE, assert_agrees
 from tests.images.patches import differences
 
 PYTHONS = [path for path in os.environ.get("ISOPHOTE_BPY_PYTHONS", "").split(":") if path] or [sys.executable]
 COLUMNS, PIXELS = 10, 12
 # As in test_procedural.py: median difference, what counts as a jump, share of pixels that may show one.
 USUAL, JUMP, JUMPS = 5e-5, 0.02, 0.02
-SIZE, SAMPLES, REPLICATES = 48, 32, 8
+SAMPLES, REPLICATES = 32, 8
 # How noisy a picture may be at equal samples, as variance over Cycles'.
 NOISE = {"sun": 1.5, "low_sun": 1.6, "large_sun": 1.5, "dim_sun": 1.5, "turned": 1.5, "no_sun": 1.6, "preetham": 1.6,
          "hosek_wilkie": 1.6}
@@ -66,15 +67,7 @@ def test_patches_have_the_same_bits(folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("world", NOISE)
 def test_worlds_agree(worlds, world):
-    renders = render_both(worlds / f"under_{world}.blend", SIZE, SAMPLES, REPLICATES)
-    assert not renders["scene"].notes, renders["scene"].notes
-    found = compare_replicates(renders["isophote"], renders["cycles"])
-    for mean in found["means"]:
-        assert abs(mean["ratio"] - 1.0) <= 1.5 * mean["half_interval"] + 2e-3, found
-    assert found["tiles"]["passed"] and found["pixels"]["passed"], found
-    assert found["noise"]["median"] <= NOISE[world], found
-    bits = same_bits(renders["scene"], renders["settings"])
-    assert bits.get("differing", 0) == 0, bits
+    assert_agrees(worlds / f"under_{world}.blend", SAMPLES, REPLICATES, NOISE[world], 2e-3)
 
 
 @pytest.mark.slow

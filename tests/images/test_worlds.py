@@ -5,13 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from bench.cycles_compare import render_both, same_bits
 from bench.cycles_process import find_python
-from bench.replicates import compare_replicates
 from tests.conftest import missing
+from tests.images.agreement import assert_agrees
 
 SCRIPT = Path(__file__).parents[2] / "blend_scenes" / "nodes" / "make_worlds.py"
-SIZE, SAMPLES, REPLICATES = 48, 32, 8
+SAMPLES, REPLICATES = 32, 8
 # How noisy a picture may be at equal samples, as variance over Cycles'. Closures alone find a world that is hidden from
 # some of them, where Cycles draws it for the others.
 NOISE = {"sky": 1.5, "sunny": 1.5, "ball": 1.5, "light_path": 1.5, "lamps": 1.0, "screens": 1.6, "hidden": 2.5}
@@ -26,12 +25,4 @@ def test_pictures_agree(world, tmp_path):
     blend = tmp_path / "world.blend"
     subprocess.run([python, str(SCRIPT), "--", str(blend), world], check=True, capture_output=True,
                    stdin=subprocess.DEVNULL)
-    renders = render_both(blend, SIZE, SAMPLES, REPLICATES)
-    assert not renders["scene"].notes, renders["scene"].notes
-    found = compare_replicates(renders["isophote"], renders["cycles"])
-    for mean in found["means"]:
-        assert abs(mean["ratio"] - 1.0) <= 1.5 * mean["half_interval"] + 2e-4, found
-    assert found["tiles"]["passed"] and found["pixels"]["passed"], found
-    assert found["noise"]["median"] <= NOISE[world], found
-    bits = same_bits(renders["scene"], renders["settings"])
-    assert bits.get("differing", 0) == 0, bits
+    assert_agrees(blend, SAMPLES, REPLICATES, NOISE[world])

@@ -1,0 +1,27 @@
+"""A scene by both engines: the statistical test that several files here ask of theirs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bench.cycles_compare import render_both, same_bits
+from bench.replicates import compare_replicates
+
+SIZE = 48  # pixels, of the longer side
+
+
+def assert_agrees(blend: Path, samples: int, replicates: int, noise: float, slack: float = 2e-4) -> dict:
+    """Means, tiles and pixels, `noise` times Cycles' variance at most, and the same bits from OpenCL.
+
+    Means may differ by half as much again as their interval and by `slack`. Gives compare_replicates' findings.
+    """
+    renders = render_both(blend, SIZE, samples, replicates)
+    assert not renders["scene"].notes, renders["scene"].notes
+    found = compare_replicates(renders["isophote"], renders["cycles"])
+    for mean in found["means"]:
+        assert abs(mean["ratio"] - 1.0) <= 1.5 * mean["half_interval"] + slack, found
+    assert found["tiles"]["passed"] and found["pixels"]["passed"], found
+    assert found["noise"]["median"] <= noise, found
+    bits = same_bits(renders["scene"], renders["settings"])
+    assert bits.get("differing", 0) == 0, bits
+    return found
