@@ -3,6 +3,7 @@
 import threading
 import time
 from concurrent.futures import wait
+from dataclasses import replace
 
 import pytest
 from noise_device import NoiseDevice, tiny_scene
@@ -205,7 +206,7 @@ def test_whether_it_waited_is_no_setting_of_the_samples():
 
 def test_no_seam_with_real_devices(monkeypatch):
     """OpenMP draws some samples, PoCL the rest: the film of OpenMP alone."""
-    from bench.parity import differences
+    from bench.parity import EVERY_PASS, differences
     from isophote.device import list_kind
     from isophote.opencl import OpenCLDevice
     from tests.parity.scenes import SCENES
@@ -229,7 +230,7 @@ def test_no_seam_with_real_devices(monkeypatch):
     scene = SCENES["cornell_like"]()
     films = []
     for device in (found[0], "openmp"):
-        with Session(scene, settings(50, device=device), None) as session:
+        with Session(scene, replace(settings(50, device=device), passes=EVERY_PASS), None) as session:
             uploaded.clear()
             session.run(look if device != "openmp" else None)
             films.append(session.film)
