@@ -35,6 +35,13 @@ SCENES = {
     **{world: ("make_worlds.py", ("--", f"{{}}/{world}.blend", world), MANY)
        for world in ("sky", "sunny", "ball", "hidden", "light_path", "lamps", "screens")},
     "shaders": ("make_shaders.py", ("{}/shaders.blend",), MANY),
+    "subsurface": ("make_subsurface.py", ("{}/subsurface.blend",), MANY),
+    "skies": ("make_skies.py", ("--", "{}"), FEW),
+    **{f"under_{sky}": ("make_skies.py", ("--", "{}"), MANY) for sky in ("sun", "hosek_wilkie")},
+    **{lamp: ("make_lamps.py", ("--", f"{{}}/{lamp}.blend", lamp), MANY)
+       for lamp in ("spread", "picture", "graphs", "photometric")},
+    **{camera: ("../make_cameras.py", ("--", f"{{}}/{camera}.blend", camera, "marks"), FEW)
+       for camera in ("equirectangular", "equisolid")},
 }
 
 
