@@ -8,6 +8,7 @@ import numpy as np
 
 from isophote import _native
 from isophote.records import numbers, scene_buffers
+from isophote.statistics import LUMINANCE
 
 THREADS = os.cpu_count() or 1
 POINTS, FEWEST_POINTS, MOST_POINTS = 1 << 20, 4, 64  # of all triangles together, and of one
@@ -34,7 +35,6 @@ def mean_radiance(buffers: dict[str, np.ndarray], instance: np.ndarray, primitiv
     return total / count
 
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 LOOKS, DIMMEST = 256, 1.0 / 256  # at each lamp; an estimate is never less: what is bright may lie between
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from isophote.records import make_records, numbers
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+from isophote.statistics import LUMINANCE
 
 
 def make_light_tree(lights: np.ndarray) -> tuple[np.ndarray, int]:

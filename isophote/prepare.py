@@ -378,7 +378,8 @@ def has_limits(lights: np.ndarray) -> bool:
     """Whether some rays that a surface sends on, or paths of many bounces, do not see a light."""
     n = numbers()
     indirect = n["RAY_DIFFUSE"] | n["RAY_GLOSSY"] | n["RAY_TRANSMISSION"]
-    return bool(((lights["visibility"] & indirect != indirect) | (lights["flags"] >> 8 != 0)).any())
+    bounces = lights["flags"] >> 8 & 255  # LIGHT_BOUNCES; above it lies the light group
+    return bool(((lights["visibility"] & indirect != indirect) | (bounces != 0)).any())
 
 
 def light_features(lights: np.ndarray, lamps: int) -> int:

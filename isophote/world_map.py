@@ -9,10 +9,10 @@ import numpy as np
 from isophote.emission import radiance_from
 from isophote.records import numbers
 from isophote.scene import Scene
+from isophote.statistics import LUMINANCE
 from isophote.values import operations
 from isophote.world_sun import WorldSun
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 COMPUTED = 1024  # columns for a world that is no picture
 FOR_SUNS = 2048  # and for one that has several suns, or one whose place is not known
 FEWEST = 64

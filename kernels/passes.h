@@ -344,9 +344,7 @@ FN void show_guides(GLOBAL real *columns, uint stride, uint groups, Scene s, Mat
   add_number(columns, stride, p.slot, groups, GROUP_denoising_depth, average3(tint) * h.t);
   if (total == REAL(0.0) || softness * REAL(4.0) > total) {
     normal = normal * (total > REAL(0.0) ? REAL(1.0) / total : REAL(0.0));
-    Camera c = s.camera[0];
-    real3 seen = make_real3(dot3(normal, load3(c.x)), dot3(normal, load3(c.y)), -dot3(normal, load3(c.z)));
-    add_to_plane(columns, stride, p.slot, groups, GROUP_denoising_normal, seen);
+    add_to_plane(columns, stride, p.slot, groups, GROUP_denoising_normal, turned_to_camera(s.camera[0], normal));
     add_to_plane(columns, stride, p.slot, groups, GROUP_denoising_albedo, tint * soft);
     columns[first + 3u * stride] = REAL(0.0);
   } else {

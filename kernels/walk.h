@@ -9,12 +9,12 @@
 #include "bsdf/bsdf.h"
 #include "path.h"
 #include "sampler.h"
+#include "surface.h"
 
 /* Flights of a way. What is left then is mostly white, and would be missed: the last flight goes straight out, as much of
  * it as diffusion would bring to the surface from that depth. */
 #define MOST_FLIGHTS 256u
 #define EXACT_FLIGHTS 10u /* later ones may as well be isotropic: Wyman, Patterson and Wilson 1989, similarity relations */
-#define FAR_FLIGHT REAL(3.0e38)
 #define FAINT REAL(0.1) /* weight below which roulette thins out walks */
 
 /* Pairs of random numbers for each flight; their seeds differ from those of the path around them. */
@@ -153,7 +153,7 @@ FN Flight draw_flight(Medium original, Walker w, uint number, uint seed, uint in
   real stretch = REAL(1.0) - k * (backward ? -dot3(f.direction, m.normal) : dot3(f.direction, m.normal));
   extinction = extinction * (guided ? stretch : REAL(1.0));
   f.length = -log_real(REAL(1.0) - u.y) / extinction;
-  f.length = number + 1u == MOST_FLIGHTS ? FAR_FLIGHT : f.length;
+  f.length = number + 1u == MOST_FLIGHTS ? FAR_AWAY : f.length;
   return f;
 }
 

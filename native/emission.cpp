@@ -8,29 +8,16 @@
 
 namespace isophote {
 
-void evaluate_emission(const void *const *scene, const unsigned *ids, const float *places, const float *directions, long n,
-                       int threads, float *radiance) {
-  Scene s = make_scene(scene, nullptr);
+/* Three numbers each of n, in parallel: what `emitted` gives for the k-th with registers of its thread. */
+template <typename Emitted>
+static void evaluate_each(long n, int threads, float *radiance, const Emitted &emitted) {
 #pragma omp parallel num_threads(threads)
   {
     FlushGuard guard;
     std::vector<real> registers(MOST_REGISTERS);
 #pragma omp for schedule(dynamic, 1024)
     for (long k = 0; k < n; k++) {
-      Ray ray = free_ray(zero3(), make_real3(directions[3 * k], directions[3 * k + 1], directions[3 * k + 2]), 0.0f, FAR_AWAY);
-      ray.kind = 0u;
-      bool is_world = ids[2 * k] == NONE;
-      Hit h = background_hit(FAR_AWAY);
-      if (!is_world) {
-        h.instance = ids[2 * k];
-        h.primitive = ids[2 * k + 1];
-        h.u = places[2 * k];
-        h.v = places[2 * k + 1];
-      }
-      Surface at = is_world ? make_background(s, ray.direction) : make_surface(s, ray, h, s.world[0].features);
-      Material m = s.materials[at.material];
-      compute_values(s, m, m.steps, at, ray, h, 0u, 0u, registers.data());
-      real3 made = material_emission(m, registers.data());
+      real3 made = emitted(k, registers.data());
       radiance[3 * k] = made.x;
       radiance[3 * k + 1] = made.y;
       radiance[3 * k + 2] = made.z;
@@ -38,25 +25,40 @@ void evaluate_emission(const void *const *scene, const unsigned *ids, const floa
   }
 }
 
+static real3 vector_at(const float *vectors, long k) {
+  return make_real3(vectors[3 * k], vectors[3 * k + 1], vectors[3 * k + 2]);
+}
+
+void evaluate_emission(const void *const *scene, const unsigned *ids, const float *places, const float *directions, long n,
+                       int threads, float *radiance) {
+  Scene s = make_scene(scene, nullptr);
+  evaluate_each(n, threads, radiance, [&](long k, real *registers) {
+    Ray ray = free_ray(zero3(), vector_at(directions, k), 0.0f, FAR_AWAY);
+    ray.kind = 0u;
+    bool is_world = ids[2 * k] == NONE;
+    Hit h = background_hit(FAR_AWAY);
+    if (!is_world) {
+      h.instance = ids[2 * k];
+      h.primitive = ids[2 * k + 1];
+      h.u = places[2 * k];
+      h.v = places[2 * k + 1];
+    }
+    Surface at = is_world ? make_background(s, ray.direction) : make_surface(s, ray, h, s.world[0].features);
+    Material m = s.materials[at.material];
+    compute_values(s, m, m.steps, at, ray, h, 0u, 0u, registers);
+    return material_emission(m, registers);
+  });
+}
+
 void evaluate_lamps(const void *const *scene, const unsigned *lamps, const float *origins, const float *directions, long n,
                     int threads, float *emission) {
   Scene s = make_scene(scene, nullptr);
-#pragma omp parallel num_threads(threads)
-  {
-    FlushGuard guard;
-    std::vector<real> registers(MOST_REGISTERS);
-#pragma omp for schedule(dynamic, 1024)
-    for (long k = 0; k < n; k++) {
-      const float *o = origins + 3 * k, *d = directions + 3 * k;
-      Light l = s.lights[lamps[k]];
-      Ray ray = free_ray(make_real3(o[0], o[1], o[2]), make_real3(d[0], d[1], d[2]), 0.0f, FAR_AWAY);
-      real t = hit_lamp(l, ray, FAR_AWAY, 1, 0u, 0u).t;
-      real3 made = lamp_emission(s, l, ray, t, 1u, 0u, registers.data());
-      emission[3 * k] = made.x;
-      emission[3 * k + 1] = made.y;
-      emission[3 * k + 2] = made.z;
-    }
-  }
+  evaluate_each(n, threads, emission, [&](long k, real *registers) {
+    Light l = s.lights[lamps[k]];
+    Ray ray = free_ray(vector_at(origins, k), vector_at(directions, k), 0.0f, FAR_AWAY);
+    real t = hit_lamp(l, ray, FAR_AWAY, 1, 0u, 0u).t;
+    return lamp_emission(s, l, ray, t, 1u, 0u, registers);
+  });
 }
 
 }  // namespace isophote

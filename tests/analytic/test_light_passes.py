@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from isophote.passes import PASSES, make_named, make_passes
+from isophote.records import numbers
 from isophote.values import ARITHMETIC
 from tests.parity.scenes import SCENES
 from tests.parity.scenes.shown import GROUPS, NAMED, shown
-from tests.scenes import POINT, SUN, Builder, ball, diffuse, emission, pixels, place, program, quad, render
+from tests.scenes import POINT, SUN, Builder, ball, diffuse, emission, pixels, place, program, quad, ready, render
 
 KINDS = ("Diff", "Gloss", "Trans")
 LIGHT = ("combined", "emission", "environment",
@@ -138,3 +139,15 @@ def test_each_group_has_its_own_light(varying):
     assert sun["Combined_Sun"].mean() == pytest.approx(0.5 * 3 / np.pi, rel=0.02)
     np.testing.assert_allclose(sun["Combined_Other"].mean((0, 1)), others["Combined_Other"].mean((0, 1)), rtol=0.05)
     assert not others["Combined_Sun"].any() and not any(plane.any() for plane in nothing.values())
+
+
+def test_groups_ask_for_no_kernels_but_their_own():
+    """They share a word with a lamp's limit of bounces."""
+    def features(flags):
+        b = Builder((6, 6), light_groups=("Sun",))
+        b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
+        b.lamp(SUN, 3.0, flags=flags)
+        return ready(b.make()).features
+
+    limits = numbers()["FEATURE_LIGHT_LIMITS"]
+    assert features(1 << 16) == features(0) and features(1 << 16 | 3 << 8) == features(0) | limits

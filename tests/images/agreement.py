@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
+from bench.common import ROOT
 from bench.cycles_compare import render_both, same_bits
+from bench.cycles_process import find_python
 from bench.replicates import compare_replicates
+from tests.conftest import missing
 
 SIZE = 48  # pixels, of the longer side
+
+
+def made(script: str, blend: Path, case: str) -> Path:
+    """The scene of a case that a script of blend_scenes/nodes makes; skips the test where there is no bpy."""
+    python = find_python()
+    if python is None:
+        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
+    subprocess.run([python, str(ROOT / "blend_scenes" / "nodes" / script), "--", str(blend), case], check=True,
+                   capture_output=True, stdin=subprocess.DEVNULL)
+    return blend
 
 
 def assert_agrees(blend: Path, samples: int, replicates: int, noise: float, slack: float = 2e-4) -> dict:

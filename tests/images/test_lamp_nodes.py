@@ -1,15 +1,9 @@
 """Lamps against Cycles: blend_scenes/nodes/make_lamps.py."""
 
-import subprocess
-from pathlib import Path
-
 import pytest
 
-from bench.cycles_process import find_python
-from tests.conftest import missing
-from tests.images.agreement import assert_agrees
+from tests.images.agreement import assert_agrees, made
 
-SCRIPT = Path(__file__).parents[2] / "blend_scenes" / "nodes" / "make_lamps.py"
 SAMPLES = 512
 REPLICATES = {"picture": 32}  # else 12, of which one tile of this one was rejected by chance: with 32 none is
 # How noisy a picture may be at equal samples, as variance over Cycles'.
@@ -23,11 +17,6 @@ NOISE = {"spread": 1.5, "narrow": 1.5, "stretched": 1.5, "hidden": 1.5, "hidden_
 @pytest.mark.slow
 @pytest.mark.parametrize("case", NOISE)
 def test_pictures_agree(case, tmp_path):
-    python = find_python()
-    if python is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
-    blend = tmp_path / "lamps.blend"
-    subprocess.run([python, str(SCRIPT), "--", str(blend), case], check=True, capture_output=True,
-                   stdin=subprocess.DEVNULL)
+    blend = made("make_lamps.py", tmp_path / "lamps.blend", case)
     found = assert_agrees(blend, SAMPLES, REPLICATES.get(case, 12), NOISE[case])
     assert all(mean["half_interval"] < 0.01 for mean in found["means"]), found
