@@ -78,21 +78,23 @@ def render_layer(engine, depsgraph) -> None:
     if not blender_scene.render.use_multiview:
         only = [seen_from(scene, engine, depsgraph)]
         del scene
-        if render_view(engine, only, settings, blender_scene.name, view_layer.name, export_seconds):
+        if render_view(engine, only, settings, blender_scene.name, view_layer.name, export_seconds, []):
             engine.changes = None if blender_scene.render.use_motion_blur else changes  # other frames were evaluated
         return
+    told: list[str] = []
     for view in view_names(engine):
         log.line(f"view {view}")
         engine.active_view_set(view)
         seen = [seen_from(scene, engine, depsgraph, view)]
-        render_view(engine, seen, settings, blender_scene.name, view_layer.name, export_seconds, view)
+        render_view(engine, seen, settings, blender_scene.name, view_layer.name, export_seconds, told, view)
 
 
 def render_view(engine, scenes: list, settings, scene_name: str, layer: str, export_seconds: float,
-                view: str = "") -> bool:
+                told: list[str], view: str = "") -> bool:
     """Render an exported scene into one view of the engine's result. Whether its geometry is kept for the next one.
 
-    The scene is taken out of `scenes`: a caller's name for it would keep what the session lets go of.
+    The scene is taken out of `scenes`: a caller's name for it would keep what the session lets go of. `told` are the
+    notes that the log has of the views before.
     """
     scene, holds = scenes.pop(), False
     with ThreadPoolExecutor(1, "isophote") as worker:
@@ -102,10 +104,12 @@ def render_view(engine, scenes: list, settings, scene_name: str, layer: str, exp
         del scene, geometry  # the session lets go of what it does not render
         session = prepared(engine, future)
         with session:
-            shown = [] if engine.is_preview else log.notes(session.notes)
+            if not engine.is_preview:
+                log.notes(session.notes, told)
             finish = render_session(engine, worker, session, layer, view)
             if not engine.is_preview:
-                left_out.keep(scene_name, layer, log.notes(session.notes, shown))
+                log.notes(session.notes, told)
+                left_out.keep(scene_name, layer, told)
                 result = session.result()
                 log.finished(result, export_seconds)
                 ledger.keep(scene_name, result)

@@ -15,13 +15,12 @@ def line(text: str) -> None:
     print(f"Isophote: {text}", flush=True)
 
 
-def notes(entries: list[dict], shown: list[str] | None = None) -> list[str]:
-    """Log a line for each note that is not among `shown`, those that say the same joined; all lines come back."""
-    lines = note_lines(entries)
-    for text in lines:
-        if not shown or text not in shown:
+def notes(entries: list[dict], told: list[str]) -> None:
+    """Log a line for each note that is not among those `told`, and tell it; notes that say the same are joined."""
+    for text in note_lines(entries):
+        if text not in told:
             line(f"note: {text}")
-    return lines
+            told.append(text)
 
 
 def note_lines(entries: list[dict]) -> list[str]:

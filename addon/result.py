@@ -8,7 +8,7 @@ import numpy as np
 from isophote.passes import PASSES, check_passes, named_pass
 
 from .compat import frame_border, pass_name, set_pass
-from .export.aovs import aovs_of
+from .export.aovs import aovs_of, is_taken
 from .export.camera import resolution_of
 from .export.light_groups import LightGroups
 
@@ -31,7 +31,8 @@ DENOISING = ("denoising_normal", "denoising_albedo", "denoising_depth")  # by Cy
 # Switches of Blender and Cycles whose passes there are not.
 MISSING = {"use_pass_vector": "Vector", "use_pass_ambient_occlusion": "Ambient Occlusion", "use_pass_shadow": "Shadow",
            "use_pass_subsurface_direct": "Subsurface Direct", "use_pass_subsurface_indirect": "Subsurface Indirect",
-           "use_pass_subsurface_color": "Subsurface Color"}
+           "use_pass_subsurface_color": "Subsurface Color",
+           **{f"use_pass_cryptomatte_{of}": f"Cryptomatte {of.title()}" for of in ("object", "material", "asset")}}
 TYPES = {"X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "UVA": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 NAMED_CHANNELS = {"color": "RGBA", "value": "X", "light": "RGB"}  # by what isophote.planes has before the name
 FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
@@ -49,8 +50,11 @@ def wanted_passes(view_layer) -> tuple[str, ...]:
 
 def missing_passes(view_layer) -> list[dict]:
     """A note for each pass that a view layer asks for and that there is not."""
-    return [{"kind": "pass", "name": name, "what": "is not supported: left out"} for flag, name in MISSING.items()
-            if getattr(view_layer, flag, False)]
+    missing = [name for flag, name in MISSING.items() if getattr(view_layer, flag, False)]
+    taken = [aov.name for aov in view_layer.aovs if aov.is_valid and is_taken(aov.name)]
+    reasons = dict.fromkeys(missing, "is not supported: left out")
+    reasons |= dict.fromkeys(taken, "an AOV with the name of a pass: left out")
+    return [{"kind": "pass", "name": name, "what": what} for name, what in reasons.items()]
 
 
 def register_passes(engine, scene, view_layer) -> None:

@@ -224,32 +224,29 @@ class ISOPHOTE_PT_light_passes(PanelBase, bpy.types.Panel):
         column.prop(layer, "use_pass_environment")
 
 
-class ISOPHOTE_PT_aovs(PanelBase, bpy.types.Panel):
+class ListOfLayer(PanelBase):
+    """Things that a view layer lists, to add to and to remove from: shown by a UIList, `items` of an `item`."""
+
+    bl_context = "view_layer"
+    bl_parent_id = "ISOPHOTE_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layer, row = context.view_layer, self.layout.row()
+        row.template_list(self.shown_by, self.items, layer, self.items, layer, f"active_{self.item}_index", rows=2)
+        column = row.column(align=True)
+        column.operator(f"scene.view_layer_add_{self.item}", icon="ADD", text="")
+        column.operator(f"scene.view_layer_remove_{self.item}", icon="REMOVE", text="")
+
+
+class ISOPHOTE_PT_aovs(ListOfLayer, bpy.types.Panel):
     bl_label = "Shader AOV"
-    bl_context = "view_layer"
-    bl_parent_id = "ISOPHOTE_PT_passes"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    def draw(self, context):
-        layer, row = context.view_layer, self.layout.row()
-        row.template_list("VIEWLAYER_UL_aov", "aovs", layer, "aovs", layer, "active_aov_index", rows=2)
-        column = row.column(align=True)
-        column.operator("scene.view_layer_add_aov", icon="ADD", text="")
-        column.operator("scene.view_layer_remove_aov", icon="REMOVE", text="")
+    shown_by, items, item = "VIEWLAYER_UL_aov", "aovs", "aov"
 
 
-class ISOPHOTE_PT_light_groups(PanelBase, bpy.types.Panel):
+class ISOPHOTE_PT_light_groups(ListOfLayer, bpy.types.Panel):
     bl_label = "Light Groups"
-    bl_context = "view_layer"
-    bl_parent_id = "ISOPHOTE_PT_passes"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    def draw(self, context):
-        layer, row = context.view_layer, self.layout.row()
-        row.template_list("UI_UL_list", "lightgroups", layer, "lightgroups", layer, "active_lightgroup_index", rows=2)
-        column = row.column(align=True)
-        column.operator("scene.view_layer_add_lightgroup", icon="ADD", text="")
-        column.operator("scene.view_layer_remove_lightgroup", icon="REMOVE", text="")
+    shown_by, items, item = "UI_UL_list", "lightgroups", "lightgroup"
 
 
 class LightGroupOf(PanelBase):

@@ -35,6 +35,15 @@ def find_python() -> str | None:
     return None
 
 
+def run_script(script: Path, *arguments, makes: Path) -> str:
+    """Standard output of a script for the bpy module that makes a file. Raises CyclesError with what it said."""
+    done = subprocess.run([find_python(), str(script), *map(str, arguments)], capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL)
+    if not makes.is_file():  # the exit status of the bpy module says little
+        raise CyclesError(f"{script.name} made no {makes.name}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return done.stdout
+
+
 class Cycles:
     """Cycles with one .blend file loaded, as a process. `info` is what cycles_worker.set_up says.
 

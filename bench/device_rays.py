@@ -68,7 +68,7 @@ class TimedDevice(OpenCLDevice):
 
     def reserve(self, paths: int) -> None:
         self.wavefront = self.calling(TimedWavefront, self.cl, self.queue, self.built.program,
-                                      [*self.scene.values()], paths, self.planes)
+                                      [*self.scene.values()], paths, self.planes, self.features)
 
 
 def white_room(triangles: int) -> Scene:

@@ -9,14 +9,13 @@ picture, its samples, FLIP of Isophote against Cycles and of Cycles against itse
 from __future__ import annotations
 
 import argparse
-import subprocess
 import tempfile
 from pathlib import Path
 
 from bench.common import ROOT, print_row
 from bench.comparison_report import write_picture
 from bench.cycles_compare import render_both
-from bench.cycles_process import CyclesError, find_python
+from bench.cycles_process import run_script
 from bench.replicates import flips
 
 MAKERS = ROOT / "blend_scenes" / "nodes"
@@ -50,10 +49,7 @@ def made(folder: Path, name: str) -> Path:
     script, arguments, _ = SCENES[name]
     path = folder / f"{name}.blend"
     if not path.is_file():
-        command = [find_python(), str(MAKERS / script), *(argument.format(folder) for argument in arguments)]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if not path.is_file():  # the exit status of the bpy module says little
-            raise CyclesError(f"{script} made no {path.name}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+        run_script(MAKERS / script, *(argument.format(folder) for argument in arguments), makes=path)
     return path
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -20,7 +19,7 @@ import numpy as np
 
 from bench.common import ROOT, print_row
 from bench.cycles_compare import render_both, same_bits
-from bench.cycles_process import CyclesError, find_python
+from bench.cycles_process import run_script
 from bench.replicates import mean_ratios
 
 COLUMNS, RADIUS = 8, 0.43  # of the grid; a little less than the balls'
@@ -29,10 +28,8 @@ MAKER = ROOT / "blend_scenes" / "nodes" / "make_shaders.py"
 
 def make_grid(path: Path, maker: Path, word: str) -> list[str]:
     """Names of the balls of the scene, which is saved at `path`. Raises CyclesError."""
-    done = subprocess.run([find_python(), str(maker), str(path), word], capture_output=True, text=True)
-    names = next((line for line in done.stdout.splitlines() if line.startswith("SHADERS ")), None)
-    if names is None:
-        raise CyclesError(f"{maker.name} made no scene:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    said = run_script(maker, path, word, makes=path)
+    names = next(line for line in said.splitlines() if line.startswith("SHADERS "))
     return json.loads(names.removeprefix("SHADERS "))
 
 

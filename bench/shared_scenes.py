@@ -12,14 +12,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import tempfile
 from pathlib import Path
 
 from bench.common import ROOT, print_row
 from bench.comparison_report import AMPLIFIED, BLOCK, write_picture
 from bench.cycles_compare import render_both, same_bits
-from bench.cycles_process import CyclesError, find_python
+from bench.cycles_process import run_script
 from bench.replicates import compare_replicates
 from bench.scenes import SHARED
 from isophote.scene import Scene
@@ -77,9 +76,7 @@ def as_blend(path: Path, folder: Path) -> Path:
     if path.suffix == ".blend":
         return path
     made = folder / f"{path.stem}.blend"
-    done = subprocess.run([find_python(), str(IMPORTER), str(path), str(made)], capture_output=True, text=True)
-    if not made.is_file():  # the exit status of the bpy module says little
-        raise CyclesError(f"{path} was not imported:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    run_script(IMPORTER, path, made, makes=made)
     return made
 
 

@@ -7,6 +7,7 @@ import os
 import numpy as np
 
 from isophote import _native
+from isophote.light_tree import beam_angles
 from isophote.records import numbers, scene_buffers
 from isophote.statistics import LUMINANCE
 
@@ -51,8 +52,8 @@ def lamp_luminance(buffers: dict[str, np.ndarray], numbers_of: np.ndarray, light
     half = np.stack([lights["size_u"], lights["size_v"]], axis=1).astype(np.float64)
     kind = lights["kind"][:, None, None]
     is_flat, is_spot, is_sun = kind >= n["LIGHT_RECTANGLE"], kind == n["LIGHT_SPOT"], kind == n["LIGHT_SUN"]
-    cone = np.where(is_spot[:, 0, 0], lights["cone"], np.where(is_sun[:, 0, 0], 1 - lights["size_v"],
-                                                               np.where(is_flat[:, 0, 0], 0.0, -1.0)))
+    beam = np.where((is_spot | is_flat)[:, 0, 0], np.cos(beam_angles(lights)), -1.0)
+    cone = np.where(is_sun[:, 0, 0], 1 - lights["size_v"], beam)
     cosine = 1 - along[:, 0] * (1 - cone[:, None])
     sine, phi = np.sqrt(np.maximum(1 - cosine ** 2, 0)), 2 * np.pi * along[:, 1]
     side = np.cross(normal, np.where(np.abs(normal[..., :1]) < 0.5, [1.0, 0, 0], [0, 1.0, 0]))

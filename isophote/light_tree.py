@@ -53,6 +53,15 @@ def shining(lights: np.ndarray) -> np.ndarray:
     return lights[leaf_clusters(lights)["intensity"] > 0]
 
 
+def beam_angles(lights: np.ndarray) -> np.ndarray:
+    """How far from their axes spots and area lamps shine, radians, f8 [N]; no matter for others."""
+    cone = lights["cone"].astype(np.float64)
+    u, v = (np.linalg.norm(lights[axis].astype(np.float64), axis=1) for axis in ("u", "v"))
+    spot = np.arctan2(np.sqrt(np.maximum(1 - cone ** 2, 0)), cone * np.minimum(u, v))  # a stretched cone is wider
+    area = np.where(lights["cone_scale"] > 0, np.arctan(cone), np.pi / 2)
+    return np.where(lights["kind"] == numbers()["LIGHT_SPOT"], spot, area)
+
+
 def leaf_clusters(lights: np.ndarray) -> np.ndarray:
     """A LightCluster of each light, as structured float64; `child` is not filled."""
     n = numbers()
@@ -71,14 +80,12 @@ def leaf_clusters(lights: np.ndarray) -> np.ndarray:
     flat = np.hypot(size_u, size_v)
     leaves["radius"] = np.where(is_triangle, farthest, np.where(is_ball, size_u, np.where(is_sun, 0.0, flat)))
     leaves["axis"] = lights["normal"]
-    cos_cone = lights["cone"].astype(np.float64)
-    narrowest = np.minimum(np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1))  # a spot's cone is as much wider
-    sine = np.sqrt(np.maximum(1 - cos_cone ** 2, 0))
-    spot = np.arctan2(sine, cos_cone * np.where(kind == n["LIGHT_SPOT"], narrowest, 1.0))
-    angle = np.where(kind == n["LIGHT_POINT"], np.pi, np.where(kind == n["LIGHT_SPOT"], spot, 0.0))
+    spot = np.where(kind == n["LIGHT_SPOT"], beam_angles(lights), 0.0)
+    angle = np.where(kind == n["LIGHT_POINT"], np.pi, spot)
     leaves["angle"] = np.where(is_world, np.pi, np.where(is_sun, size_u, angle))
-    spreads = ((kind == n["LIGHT_RECTANGLE"]) | (kind == n["LIGHT_ELLIPSE"])) & (lights["cone_scale"] > 0)
-    edge = np.where(spreads, np.arctan(lights["cone"].astype(np.float64)), np.pi / 2)
+    is_area = (kind == n["LIGHT_RECTANGLE"]) | (kind == n["LIGHT_ELLIPSE"])
+    spreads = is_area & (lights["cone_scale"] > 0)
+    edge = np.where(is_area, beam_angles(lights), np.pi / 2)
     leaves["edge"] = np.where(is_ball | is_sun | is_world, 0.0, edge)
     # Of a ball: radiance times the disk that it shows; of a point or a sharp sun, what `radiance` holds already.
     disk = np.pi * size_u ** 2

@@ -36,7 +36,8 @@ def light_records(scene: Scene) -> np.ndarray:
     stretch = np.where(stretched[:, None], lengths[:, 2:] / np.where(uneven[:, None], lengths[:, :2], 1.0), 1.0)
     return make_records(
         "Light", len(kind), kind=kind, visibility=scene.light_visibility,
-        flags=scene.light_flags | stretched * n["LIGHT_STRETCHED"] | (material > 0) * n["LIGHT_COMPUTED"],
+        flags=scene.light_flags & ~np.uint32(n["LIGHT_COMPUTED"] | n["LIGHT_STRETCHED"])  # which are ours
+        | stretched * n["LIGHT_STRETCHED"] | (material > 0) * n["LIGHT_COMPUTED"],
         instance=n["NONE"], primitive=np.where(material > 0, material - 1, n["NONE"]),
         radiance=strength * radiance_factors(scene)[:, None],
         position=scene.light_to_world[:, :, 3], u=axes[:, :, 0] * stretch[:, :1], v=axes[:, :, 1] * stretch[:, 1:],
@@ -165,13 +166,13 @@ def triangle_lights(scene: Scene, materials: np.ndarray, buffers: dict[str, np.n
     return make_records(
         "Light", len(primitive), kind=n["LIGHT_TRIANGLE"], instance=instance, primitive=primitive,
         visibility=scene.instance_visibility[instance], radiance=radiance,
-        flags=varies * n["LIGHT_COMPUTED"] | scene.instance_group[instance].astype(np.int64) << 16,
+        flags=varies * n["LIGHT_COMPUTED"] | scene.instance_group[instance].astype(np.int64) << n["LIGHT_GROUP_SHIFT"],
         position=corners[:, 0], u=edges[:, 0], v=edges[:, 1], normal=normal, area=doubled / 2)[kept]
 
 
-def world_light(mean: np.ndarray, group: int) -> np.ndarray:
-    """The Light record of a world with a mean radiance, f8 [3], and its light group."""
+def world_light(mean: np.ndarray, group: int, visibility: int) -> np.ndarray:
+    """The Light record of a world with a mean radiance, f8 [3], its light group and the kinds of rays that see it."""
     n = numbers()
     return make_records(
-        "Light", 1, kind=n["LIGHT_WORLD"], flags=n["LIGHT_COMPUTED"] | group << 16, visibility=n["RAY_ALL"],
-        instance=n["NONE"], primitive=n["NONE"], radiance=mean, normal=[[0.0, 0.0, 1.0]])
+        "Light", 1, kind=n["LIGHT_WORLD"], flags=n["LIGHT_COMPUTED"] | group << n["LIGHT_GROUP_SHIFT"],
+        visibility=visibility, instance=n["NONE"], primitive=n["NONE"], radiance=mean, normal=[[0.0, 0.0, 1.0]])

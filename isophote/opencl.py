@@ -84,8 +84,7 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     """Compiler options: the scene's features, and what keeps the bits in strict mode."""
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
                f"-DCLOSURES_USED={prepared.operations}u", f"-DGROUPS_USED={film_planes(settings).mask}u",
-               f"-DCLAMPS={int(settings.clamps)}"]
-    options.append(f"-DREGISTERS={max(prepared.registers, 1)}")
+               f"-DCLAMPS={int(settings.clamps)}", f"-DREGISTERS={max(prepared.registers, 1)}"]
     if prepared.features & numbers()["FEATURE_VALUES"]:
         options += [f"-DVALUES_USED_{family}={mask}u" for family, mask in enumerate(prepared.values)]
     if settings.precision == "fast":
@@ -259,7 +258,7 @@ class OpenCLDevice:
         at_once = paths // item.samples
         limits = np.zeros((3, len(LIMITS)), np.uint32)  # of a pass, and the two halves of their sum
         self.calling(self.cl.enqueue_copy, self.queue, self.wavefront.limits, limits)
-        walks = bool(self.features & numbers()["FEATURE_SUBSURFACE"])
+        walks = bool(self.features & numbers()["FEATURE_SUBSURFACE"])  # one vertex more: where it enters
         bounces = settings.max_bounces + settings.transparent_bounces + 3 + walks
         for first in range(0, pixels, at_once):
             if not self.calling(self.wavefront.trace, params_buffer, film, first, min(at_once, pixels - first),

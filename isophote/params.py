@@ -12,7 +12,7 @@ from isophote.settings import Settings
 MOST_BOUNCES = 254  # paths count them in 8 bits
 
 
-def make_params(item: WorkItem, settings: Settings, planes: int | None = None) -> np.ndarray:
+def make_params(item: WorkItem, settings: Settings, planes: int) -> np.ndarray:
     """The bytes of a Params record and, behind it, of the item's list of pixels, uint8 (n,), for a film of the
     settings' planes. Raises ValueError where `planes`, how many there is room for, are others.
 
@@ -20,7 +20,7 @@ def make_params(item: WorkItem, settings: Settings, planes: int | None = None) -
     is compared with the sum of three channels: both as Cycles does it.
     """
     wanted = film_planes(settings)
-    if planes is not None and planes != int(wanted):
+    if planes != int(wanted):
         raise ValueError(f"the settings want {int(wanted)} planes, not {planes}")
     x0, y0, x1, y1 = item.region
     values = {

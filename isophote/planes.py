@@ -1,8 +1,9 @@
 """Which planes a film has: those of Combined, groups that passes ask for, and those of what clamping cuts off.
 
 Planes of Combined, rows from the bottom: 0-3 RGBA of replicate 0, 4-7 RGBA of replicate 1, 8 how many samples were no
-numbers and count as 0. Behind them lie the film's groups, in the order of PLANE_GROUPS in kernels/params.h, and where
-light is clamped four more: luminance cut off from direct and from indirect light of replicate 0, and of replicate 1.
+numbers and count as 0. Behind them lie the film's groups, in the order of PLANE_GROUPS in kernels/params.h, then AOV
+outputs and light groups, and where light is clamped four more: luminance cut off from direct and from indirect light of
+replicate 0, and of replicate 1.
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ from functools import cached_property
 
 from isophote.records import numbers, plane_groups
 
-INVALID = 8  # the plane's number
-COMBINED = 9  # so many
-CUT = 4
-SHARES = 12  # numbers of a path where light is told apart by the closures of its first bounce (kernels/passes.h)
-GUIDES = 4  # and where denoisers are guided
+INVALID = numbers()["PLANE_INVALID"]
+COMBINED = numbers()["PLANES_COMBINED"]  # so many
+CUT = numbers()["PLANES_CUT"]
+SHARES = numbers()["SHARE_COLUMNS"]  # numbers of a path where light is told apart by the closures of its first bounce
+GUIDES = numbers()["GUIDE_COLUMNS"]  # and where denoisers are guided
 DENOISING = ("denoising_normal", "denoising_albedo", "denoising_depth")
 SPLIT = tuple(f"{kind}_{light}" for kind in ("diffuse", "glossy", "transmission") for light in ("direct", "indirect"))
 
@@ -76,11 +77,6 @@ class Planes:
         split, guided = (any(name in of for name in self.groups) for of in (SPLIT, DENOISING))
         lit = any(name.startswith("light:") for name in self.named)
         return int(self) - COMBINED - CUT * self.clamps + SHARES * split + GUIDES * guided + lit
-
-    @property
-    def needs_sample_0(self) -> bool:
-        """Whether some plane is made of sample 0 alone."""
-        return any(plane_groups()[name][0] < numbers()["GROUPS_OF_SAMPLE_0"] for name in self.groups)
 
 
 def named_width(name: str) -> int:

@@ -81,8 +81,8 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": filter_tables(scene), "albedo_tables": albedo_tables(instructions),
-        "world": make_world(scene), "light_groups": light_groups(scene), "pass_indices": pass_indices(scene),
-        "aovs": make_aovs(scene)}
+        "light_groups": light_groups(scene), "pass_indices": pass_indices(scene), "aovs": make_aovs(scene)}
+    buffers["world"] = make_world(scene, buffers)
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
@@ -108,15 +108,15 @@ def as_kernels_have_them(buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray
             if name in buffers}
 
 
-def make_world(scene: Scene) -> np.ndarray:
-    """The world's record, without lights."""
+def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
+    """The world's record, without lights; `buffers` hold pass_indices and light_groups."""
     none = numbers()["NONE"]
     material = scene.world_material[0] if len(scene.world_material) else none
-    spheres = len(scene.instance_index) if len(pass_indices(scene)) else none
+    spheres = len(scene.instance_index) if len(buffers["pass_indices"]) else none
     start, depth, falloff = scene.mist
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
                         light_group=scene.world_group,
-                        sphere_groups=len(scene.instance_group) if len(light_groups(scene)) else none,
+                        sphere_groups=len(scene.instance_group) if len(buffers["light_groups"]) else none,
                         aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
                         mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
@@ -154,11 +154,11 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
     `buffers` hold what programs of materials read.
     """
     lamps, cells = shining(light_records(scene)), np.zeros(0, np.float32)
-    hidden = scene.world_hidden.item() & numbers()["RAY_ALL"] & ~numbers()["RAY_CAMERA"]
-    world_map = None if hidden else make_world_map(scene, buffers)  # closures alone know what may see the world
+    visible = numbers()["RAY_ALL"] & ~scene.world_hidden.item()
+    world_map = make_world_map(scene, buffers) if visible & numbers()["RAY_INDIRECT"] else None
     world = buffers["world"].copy()
     if world_map:
-        lamps = np.concatenate([lamps, world_light(world_map.mean, scene.world_group.item())])
+        lamps = np.concatenate([lamps, world_light(world_map.mean, scene.world_group.item(), visible)])
         world["map_width"], world["map_height"] = world_map.width, world_map.height
         cells = world_map.cumulated
     if world_map and world_map.sun_width:
@@ -308,7 +308,12 @@ def blackman_harris_table() -> np.ndarray:
     x = np.linspace(-1.0, 1.0, 1 << 16 | 1)
     phase = np.pi * (x + 1.0)
     window = 0.35875 - 0.48829 * np.cos(phase) + 0.14128 * np.cos(2 * phase) - 0.01168 * np.cos(3 * phase)
-    cdf = np.concatenate([[0.0], np.cumsum(0.5 * (window[1:] + window[:-1]))])
+    return inverse_cdf(x, window)
+
+
+def inverse_cdf(x: np.ndarray, density: np.ndarray) -> np.ndarray:
+    """At FILTER_STEPS + 1 even chances, of a density that is linear between the x, float32."""
+    cdf = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     return np.interp(np.linspace(0, 1, FILTER_STEPS + 1), cdf / cdf[-1], x).astype(np.float32)
 
 
@@ -324,9 +329,7 @@ def shutter_table(curve: np.ndarray) -> np.ndarray:
     if not len(curve) or not curve.sum() > 0.0:
         curve = np.ones(2)
     time = np.linspace(0.0, 1.0, 1 << 14 | 1)
-    open_ = np.interp(time, np.linspace(0.0, 1.0, len(curve)), curve)
-    cdf = np.concatenate([[0.0], np.cumsum(0.5 * (open_[1:] + open_[:-1]))])
-    return np.interp(np.linspace(0, 1, FILTER_STEPS + 1), cdf / cdf[-1], time).astype(np.float32)
+    return inverse_cdf(time, np.interp(time, np.linspace(0.0, 1.0, len(curve)), curve))
 
 
 def albedo_tables(instructions: np.ndarray) -> np.ndarray:
@@ -377,8 +380,8 @@ def has_shapes(lamps: np.ndarray) -> bool:
 def has_limits(lights: np.ndarray) -> bool:
     """Whether some rays that a surface sends on, or paths of many bounces, do not see a light."""
     n = numbers()
-    indirect = n["RAY_DIFFUSE"] | n["RAY_GLOSSY"] | n["RAY_TRANSMISSION"]
-    bounces = lights["flags"] >> 8 & 255  # LIGHT_BOUNCES; above it lies the light group
+    bounces = lights["flags"] >> n["LIGHT_BOUNCES_SHIFT"] & 255  # LIGHT_BOUNCES; above it lies the light group
+    indirect = n["RAY_INDIRECT"]
     return bool(((lights["visibility"] & indirect != indirect) | (bounces != 0)).any())
 
 

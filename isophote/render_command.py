@@ -119,8 +119,9 @@ def render_job(job: Job, console: Console) -> dict:
     job = with_file_settings(job, scene)
     if job.output.suffix.lower() == ".exr":
         job = replace(job, settings=replace(job.settings, named=scene.named))
-    if device.kind == "opencl":
-        device.take_up(job.settings)  # its kernels are for these
+    if device.kind != "opencl" or not device.take_up(job.settings):
+        device.close()
+        device = open_device(job.settings.device, job.settings)  # what the file asks for
     session = Session(scene, job.settings, device)
     del scene  # the session lets go of what it does not render
     with session:

@@ -433,7 +433,8 @@ def world_problems(scene: Scene) -> list[Problem]:
         problems.append(Problem("error", "scene", f"its UV pass shows attribute {scene.uv_attribute.tolist()}, of "
                                                   f"{scene.mesh_attributes.shape[1]}"))
     most = len(scene.names.get("light_groups", ()))
-    groups = {"instances": scene.instance_group, "spheres": scene.sphere_group, "lights": scene.light_flags >> 16,
+    of_lights = scene.light_flags >> numbers()["LIGHT_GROUP_SHIFT"]
+    groups = {"instances": scene.instance_group, "spheres": scene.sphere_group, "lights": of_lights,
               "worlds": np.atleast_1d(scene.world_group)}
     problems += [Problem("error", scene.name_of(name, index), f"is in light group {of[index]} of {most}")
                  for name, of in groups.items() for index in np.flatnonzero(of > most)[:10]]

@@ -29,7 +29,7 @@ TRACE_GROUP, RAYS_EACH, GROUPS_EACH_UNIT = 128, 8, 8
 BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bounce has left
 
 
-def path_columns(planes: Planes, features: int = 0) -> dict[str, int]:
+def path_columns(planes: Planes, features: int) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
     walks = features & numbers()["FEATURE_SUBSURFACE"]
     medium = {"reals": COLUMNS["reals"] + MEDIUM_COLUMNS} if walks else {}
@@ -49,7 +49,7 @@ class Wavefront:
     of `planes` and scenes of `features`. Errors are those of pyopencl.
     """
 
-    def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, features: int = 0):
+    def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, features: int):
         self.cl, self.queue, self.paths = cl, queue, paths
         self.completes = bool(features & numbers()["FEATURE_SHINES"])
         context, flags = queue.context, cl.mem_flags

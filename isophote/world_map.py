@@ -63,17 +63,17 @@ def make_world_map(scene: Scene, buffers: dict[str, np.ndarray]) -> WorldMap | N
 
 
 def columns_asked_for(scene: Scene) -> int:
-    """Those of the largest picture that the world reads, within limits; many where it has a sun that is not drawn
+    """Those of the largest picture that the world reads, within limits; not few where it has a sun that is not drawn
     apart."""
     material = int(scene.world_material[0])
     steps = slice(*scene.material_steps[material:material + 2])
-    if (scene.step_op[steps] == operations()["sun_disc"].number).any() and not len(scene.world_sun):
-        return FOR_SUNS
+    has_sun = (scene.step_op[steps] == operations()["sun_disc"].number).any() and not len(scene.world_sun)
+    least = FOR_SUNS if has_sun else FEWEST
     reads = scene.step_op[steps] == operations()["image"].number
     if not reads.any():
-        return COMPUTED
+        return max(least, COMPUTED)
     widest = int(scene.images[scene.step_data[steps][reads], 1].max())
-    return min(max(widest & ~1, FEWEST), numbers()["MOST_MAP_CELLS"])
+    return min(max(widest & ~1, least), numbers()["MOST_MAP_CELLS"])
 
 
 def cell_radiance(buffers: dict[str, np.ndarray], width: int, height: int, sun: WorldSun | None) -> np.ndarray:

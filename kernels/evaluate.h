@@ -9,8 +9,7 @@ typedef struct {
   Shares parts;
 } Evaluated;
 
-/* All of a program for one path: what native/openmp_loops.cpp does instruction by instruction. `hidden`: kinds of rays
- * for which there is no light. */
+/* `hidden`: kinds of rays for which there is no light. */
 FN Evaluated evaluate_material(Scene s, Material m, int diffuse, Surface at, Choice all, real3 wo_world,
                                real3 wi_world, uint hidden, const real *r, int split) {
   Frame shading = make_frame(at.ns);

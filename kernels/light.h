@@ -18,8 +18,8 @@ typedef struct {
   uint hidden; /* kinds of rays that do not see it: closures that would send one bring nothing of its light */
 } LightSample;
 
-/* Kinds of rays that a surface sends on. */
-#define RAY_INDIRECT (RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMISSION)
+/* Whether a material's emission multiplies a lamp's radiance. */
+FN int is_computed_lamp(Light l) { return ((l.flags & LIGHT_COMPUTED) != 0u) & (l.kind < LIGHT_TRIANGLE); }
 
 /* Whether a ray of a kind is one of those that do not see a light. Diffuse transmission counts as both. */
 FN int is_hidden(uint hidden, uint kind) { return (hidden & (kind | ((kind & RAY_SOFT) ? RAY_DIFFUSE : 0u))) != 0u; }
@@ -174,7 +174,8 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   LightSample r;
   real3 center = load3(l.position), axis = load3(l.normal);
   real3 radiance = load3(l.radiance);
-  if (features & FEATURE_SHINES) radiance = select3(((l.flags & LIGHT_COMPUTED) != 0u) & (l.kind >= LIGHT_TRIANGLE), splat3(REAL(1.0)), radiance);
+  int estimated = ((l.flags & LIGHT_COMPUTED) != 0u) & !is_computed_lamp(l);
+  if (features & FEATURE_SHINES) radiance = select3(estimated, splat3(REAL(1.0)), radiance);
   int lamps = (features & FEATURE_LAMPS) != 0u;
   int is_sun = lamps & (l.kind == LIGHT_SUN);
   int is_ball = lamps & ((l.kind == LIGHT_POINT) | (l.kind == LIGHT_SPOT));
@@ -286,8 +287,7 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
     r.primitive = is_world ? TO_WORLD : r.primitive;
   }
   if (features & FEATURE_LAMP_PROGRAMS) {
-    int computed = ((s.lights[light].flags & LIGHT_COMPUTED) != 0u) & (s.lights[light].kind < LIGHT_TRIANGLE);
-    r.primitive = computed ? TO_LAMP + light : r.primitive;
+    r.primitive = is_computed_lamp(s.lights[light]) ? TO_LAMP + light : r.primitive;
   }
   r.pdf = r.pdf * walk.chance;
   if (features & FEATURE_LIGHT_LIMITS) r.pdf = is_beyond(s.lights[light], bounces) ? REAL(0.0) : r.pdf;

@@ -96,15 +96,18 @@ FN real2 panorama_window(Camera c, int kind, real3 d) {
   return make_real2(x, kind == CAMERA_CYLINDER ? d.z / level : atan2_real(d.z, level));
 }
 
-/* How wide a pixel is in the unit direction d: the mean of the differences to both neighbours, towards the middle. */
+/* How wide a pixel is in the unit direction d: the mean of the differences to both neighbours, towards the middle. As in
+ * the middle where the window does not show d, which a camera that moves or has a lens may see. */
 FN real panorama_pixel(Camera c, int kind, real3 d) {
   real2 at = panorama_window(c, kind, d);
   real left = to_real(c.left), right = to_real(c.right), bottom = to_real(c.bottom), top = to_real(c.top);
   real middle_x = REAL(0.5) * (left + right), step_x = (right - left) / real_of(c.width);
   real middle_y = REAL(0.5) * (bottom + top), step_y = (top - bottom) / real_of(c.height);
-  real3 dx = panorama_direction(c, kind, at.x > middle_x ? at.x - step_x : at.x + step_x, at.y) - d;
-  real3 dy = panorama_direction(c, kind, at.x, at.y > middle_y ? at.y - step_y : at.y + step_y) - d;
-  return REAL(0.5) * (sqrt(dot3(dx, dx)) + sqrt(dot3(dy, dy)));
+  real3 beside = panorama_direction(c, kind, at.x > middle_x ? at.x - step_x : at.x + step_x, at.y);
+  real3 above = panorama_direction(c, kind, at.x, at.y > middle_y ? at.y - step_y : at.y + step_y);
+  int shown = min_real(dot3(beside, beside), dot3(above, above)) > REAL(0.0); /* not where they are no numbers */
+  real3 dx = beside - d, dy = above - d;
+  return shown ? REAL(0.5) * (sqrt(dot3(dx, dx)) + sqrt(dot3(dy, dy))) : to_real(c.pixel);
 }
 
 #else

@@ -40,12 +40,12 @@ typedef struct {
   uint first;
 } ListedPixel;
 
-/* Planes of the film's sums: Combined's, then the groups of PLANE_GROUPS that the film has, AOV outputs, then those of
- * clamping. */
+/* Planes of the film's sums: Combined's, then the groups of PLANE_GROUPS that the film has, AOV outputs, light groups,
+ * then those of clamping. */
 #define PLANE_COMBINED 0 /* red, green, blue, alpha of replicate 0, then of replicate 1 */
 #define PLANE_INVALID 8  /* how many samples were no numbers and count as 0 */
 #define PLANES_COMBINED 9
-/* X(number, name, planes). Groups that only sample 0 makes come first (isophote/planes.py reads this list), those of
+/* X(number, name, planes). Groups that only sample 0 makes come first (isophote/records.py reads this list), those of
  * light last. */
 #define PLANE_GROUPS(X)           \
   X(0, depth, 1)                  \
@@ -78,9 +78,15 @@ enum {
 #define GROUPS_AOVS 0x80000000u
 #define GROUPS_LIGHT_GROUPS 0x40000000u
 #define GROUPS_OF_SAMPLE_0 4
-#define MOST_PLANES 80
 /* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
 #define PLANES_CUT 4
+enum { /* without those that are named */
+#define X(number, name, planes) + planes
+  MOST_PLANES = PLANES_COMBINED + PLANES_CUT PLANE_GROUPS(X)
+#undef X
+};
+#define SHARE_COLUMNS 12u /* of a path where GROUPS_SPLIT are told apart (passes.h) */
+#define GUIDE_COLUMNS 4u  /* and where denoisers are guided */
 #define LIMITS 5 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, transparent */
 
 #define DEPTH_NOTHING REAL(1e10) /* as Cycles writes where the camera sees nothing */

@@ -52,8 +52,6 @@ FN void add_to_plane(GLOBAL real *columns, uint stride, uint slot, uint groups, 
 /* ------------------------------------------------------------------- light */
 
 /* Columns that a path has. */
-#define SHARE_COLUMNS 12u
-#define GUIDE_COLUMNS 4u
 FN uint first_guide(uint groups) {
   return planes_end(groups) - PLANES_COMBINED + (has_any(groups, GROUPS_SPLIT) ? SHARE_COLUMNS : 0u);
 }
@@ -189,10 +187,6 @@ typedef struct {
   real3 albedo, diffuse, glossy, transmission, normals;
 } Look;
 
-FN real3 positive3(real3 v) {
-  return make_real3(max_real(v.x, REAL(0.0)), max_real(v.y, REAL(0.0)), max_real(v.z, REAL(0.0)));
-}
-
 FN Look look_at_surface(Scene s, Material m, Surface at, Path p, const real *r, uint groups) {
   Look a;
   a.albedo = zero3();
@@ -284,7 +278,7 @@ FN void show_aovs(GLOBAL real *columns, uint stride, uint groups, Scene s, uint 
 
 /* A surface that the path meets before its first bounce. */
 FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
-  Look a = look_at_surface(s, m, at, p, r, groups);
+  Look a = look_at_surface(s, m, at, p, r, path_vertex(p) == 0 ? groups : groups & GROUPS_COLOR);
   if (path_vertex(p) == 0) {
     set_number(columns, stride, p.slot, groups, GROUP_depth, camera_depth(s.camera[0], at.p));
     add_to_plane(columns, stride, p.slot, groups, GROUP_position, at.p + load3(s.world[0].origin));

@@ -5,7 +5,7 @@
 #include "scene_records.h"
 
 #define SCENE_BUFFERS(X)                                                                       \
-  X(Camera, camera, "and its poses where it moves")                                                                     \
+  X(Camera, camera, "and its poses where it moves")                                            \
   X(World, world, "one")                                                                       \
   X(Bvh2Node, nodes, "of the world's tree and of those of instanced meshes")                   \
   X(Triangle, triangles, "in the order of the leaves")                                         \

@@ -13,6 +13,7 @@
 #define RAY_TRANSMISSION 8u
 #define RAY_SHADOW 16u
 #define RAY_ALL 31u
+#define RAY_INDIRECT 14u /* those that a surface sends on: diffuse, glossy, transmission */
 /* How the ray was made, beside its kind. */
 #define RAY_SINGULAR 32u /* by a mirror or by smooth glass */
 #define RAY_SOFT 64u     /* of transmission: by a closure that is diffuse */
@@ -187,7 +188,7 @@ typedef struct {
 #define AOV_THERE 1u
 #define AOV_VARIES 2u /* value holds registers */
 typedef struct {
-  uint plane;  /* first of its planes, counted from that of the first AOV */
+  uint plane;  /* first of its planes, counted from the first that is named */
   uint color;
   uint flags;
   packed3 value;
@@ -262,8 +263,10 @@ typedef struct {
  * lamps is to be multiplied with what their material emits. */
 #define LIGHT_COMPUTED 8u
 #define LIGHT_STRETCHED 16u /* spots: u and v have lengths by which the cone is not round */
-#define LIGHT_BOUNCES(flags) (((flags) >> 8) & 255u) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
-#define LIGHT_GROUP(flags) ((flags) >> 16) /* 0: none, 1: the first */
+#define LIGHT_BOUNCES_SHIFT 8
+#define LIGHT_GROUP_SHIFT 16
+#define LIGHT_BOUNCES(flags) (((flags) >> LIGHT_BOUNCES_SHIFT) & 255u) /* of a path, up to which a lamp is seen, and one more; 0: no limit */
+#define LIGHT_GROUP(flags) ((flags) >> LIGHT_GROUP_SHIFT) /* 0: none, 1: the first */
 typedef struct {
   int kind;
   uint flags;

@@ -115,7 +115,7 @@ FN Brought see_world(Scene s, Params params, Path p, const real *r) {
   }
   real3 light = path_throughput(p) * radiance * weight;
   int hidden = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
-  hidden = hidden | ((w.hidden & path_kind(p)) != 0u);
+  hidden = hidden | is_hidden(w.hidden, path_kind(p));
   return clamp_light(params, select3(hidden, zero3(), light), path_bounce(p) - 1);
 }
 
@@ -141,7 +141,10 @@ FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h, const
   real light_pdf = REAL(0.0);
   if (compete) light_pdf = emission_pdf(s, h, path_receiver(p), make_real3(p.dx, p.dy, p.dz));
   real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
-  return clamp_light(params, path_throughput(p) * material_emission(m, r) * weight, path_bounce(p) - 1);
+  real3 light = path_throughput(p) * material_emission(m, r) * weight;
+  if ((SCENE_FEATURES & FEATURE_LIGHT_LIMITS) && h.instance != SPHERE_INSTANCE)
+    light = select3(is_hidden(RAY_INDIRECT & ~s.instances[h.instance].visibility, path_kind(p)), zero3(), light);
+  return clamp_light(params, light, path_bounce(p) - 1);
 }
 
 /* Random numbers are counted by vertex, so that transparent surfaces draw fresh ones. */

@@ -27,6 +27,10 @@ FN real3 cross3(real3 a, real3 b) {
 FN real3 abs3(real3 a) { return make_real3(fabs(a.x), fabs(a.y), fabs(a.z)); }
 FN real3 normalize3(real3 a) { return a * (REAL(1.0) / sqrt(dot3(a, a))); }
 FN real max_of3(real3 a) { return max_real(a.x, max_real(a.y, a.z)); }
+FN real min_of3(real3 a) { return min_real(a.x, min_real(a.y, a.z)); }
+FN real3 positive3(real3 a) {
+  return make_real3(max_real(a.x, REAL(0.0)), max_real(a.y, REAL(0.0)), max_real(a.z, REAL(0.0)));
+}
 FN real3 zero3(void) { return make_real3(REAL(0.0), REAL(0.0), REAL(0.0)); }
 FN real3 splat3(real x) { return make_real3(x, x, x); }
 FN real3 select3(int c, real3 a, real3 b) {

@@ -20,7 +20,7 @@
 /* Pairs of random numbers for each flight; their seeds differ from those of the path around them. */
 #define PAIR_FLIGHT 0u
 #define PAIR_TURN 1u
-#define PAIR_STRATEGY 2u
+#define PAIR_STRATEGY 2u /* and roulette */
 #define PAIRS_PER_FLIGHT 3u
 #define SEED_INSIDE 0x3c6ef372u
 #define SEED_OUTSIDE 0xa54ff53au
@@ -64,6 +64,7 @@ typedef struct {
   real3 direction;
   real length;
   real phase; /* density of the direction by the phase function */
+  real roulette; /* number that decides survival */
 } Flight;
 
 FN Walker start_walker(Path p) {
@@ -98,7 +99,7 @@ FN real guided_share(Medium original, uint number) {
 /* Of guided flights, the share that goes to the opposite side. */
 FN real backward_share(Medium m, Walker w) {
   real x = min_real(max_real(w.depth, REAL(0.0)), w.opposite);
-  real way = (w.opposite - REAL(2.0) * x) * min_real(m.extinction.x, min_real(m.extinction.y, m.extinction.z));
+  real way = (w.opposite - REAL(2.0) * x) * min_of3(m.extinction);
   return w.opposite > REAL(0.0) ? REAL(1.0) / (REAL(1.0) + exp_real(min_real(way * m.guiding, REAL(80.0)))) : REAL(0.0);
 }
 
@@ -129,7 +130,9 @@ FN Flight draw_flight(Medium original, Walker w, uint number, uint seed, uint in
   seed = hash_uint(seed ^ SEED_INSIDE);
   real2 u = sample_pair(seed, index, pair + PAIR_FLIGHT);
   real2 turn = sample_pair(seed, index, pair + PAIR_TURN);
-  real strategy = sample_pair(seed, index, pair + PAIR_STRATEGY).x;
+  real2 chance = sample_pair(seed, index, pair + PAIR_STRATEGY);
+  real strategy = chance.x;
+  f.roulette = chance.y;
   real share = guided_share(original, number);
   int guided = strategy < share, backward = strategy < share * backward_share(m, w);
 
@@ -160,7 +163,7 @@ FN Flight draw_flight(Medium original, Walker w, uint number, uint seed, uint in
 /* The ray of a flight inside the object that has been hit by the path. The first looks ten mean free paths ahead for the
  * opposite side. */
 FN Ray ray_of_flight(Path p, Medium m, Walker w, Flight f, uint number) {
-  real least = min_real(m.extinction.x, min_real(m.extinction.y, m.extinction.z));
+  real least = min_of3(m.extinction);
   Ray ray = free_ray(w.origin, f.direction, REAL(0.0), number == 0u ? max_real(f.length, REAL(10.0) / least) : f.length);
   ray.within_instance = p.after_instance;
   ray.within_primitive = p.after_primitive;
@@ -179,7 +182,7 @@ typedef struct {
 } Flown;
 
 /* After the flight's ray has found the surface or not. */
-FN Flown fly(Medium original, Walker w, Flight f, Hit h, uint number, uint seed, uint index) {
+FN Flown fly(Medium original, Walker w, Flight f, Hit h, uint number) {
   Flown r;
   Medium m = medium_of_flight(original, number);
   int last = number + 1u == MOST_FLIGHTS, found = h.instance != NONE;
@@ -215,8 +218,7 @@ FN Flown fly(Medium original, Walker w, Flight f, Hit h, uint number, uint seed,
 
   real brightest = max_of3(r.walker.weight);
   real survival = hit ? REAL(1.0) : min_real(brightest / FAINT, REAL(1.0));
-  uint pair = number * PAIRS_PER_FLIGHT + PAIR_STRATEGY;
-  int survives = sample_pair(hash_uint(seed ^ SEED_INSIDE), index, pair).y < survival;
+  int survives = f.roulette < survival;
   r.walker.weight = r.walker.weight * (REAL(1.0) / max_real(survival, REAL(1e-30)));
   r.state = hit ? WALK_OUT : ((survives & !last) ? WALK_ON : WALK_LOST);
   return r;

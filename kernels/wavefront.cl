@@ -118,7 +118,7 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
   }
   Path p = generate_path(s, params, s.camera[0].kind, x, y, sample, slot);
 #if SCENE_FEATURES & FEATURE_CAMERA_MOTION
-  if (s.camera[0].poses) p = move_with_camera(s, p);
+  p = move_with_camera(s, p);
 #endif
   return p;
 }

@@ -26,7 +26,7 @@ FN Ray next_ray(Way *way) {
 }
 
 FN int end_flight(Way *way, Hit h) {
-  Flown r = fly(way->medium, way->walker, way->flight, h, way->number, way->path.seed, way->path.index);
+  Flown r = fly(way->medium, way->walker, way->flight, h, way->number);
   way->walker = r.walker;
   way->number++;
   return r.state;

@@ -159,13 +159,13 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
                              float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
   uint groups = params.groups, end = planes_end(groups), first_light = first_light_plane(groups);
-  /* AOV outputs and what clamping cuts off lie behind the groups; of the latter `total` has them at its end. */
-  uint aovs = uint(params.named_planes), cuts = params.cut_plane ? PLANES_CUT : 0u;
+  /* AOV outputs, light groups and what clamping cuts off lie behind the groups; the latter `total` has at its end. */
+  uint named = uint(params.named_planes), cuts = params.cut_plane ? PLANES_CUT : 0u;
   for (uint pixel = 0; pixel < part.pixels; pixel++) {
     float total[MOST_PLANES];
     float *own = sums + part.at[pixel];
     for (uint p = 0; p < end; p++) total[p] = own[p * plane];
-    for (uint p = 0; p < cuts; p++) total[end + p] = own[(end + aovs + p) * plane];
+    for (uint p = 0; p < cuts; p++) total[end + p] = own[(end + named + p) * plane];
     for (uint k = 0; k < samples; k++) {
       uint slot = pixel * samples + k, sample = part.first[pixel] + first_sample + k;
       int valid = is_addable(b.red[slot]) & is_addable(b.green[slot]) & is_addable(b.blue[slot]) & is_addable(b.alpha[slot]);
@@ -188,7 +188,7 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
         valid &= is_addable(value);
         if (plane_takes(groups, a, sample) & is_addable(value) & (lit | int(a < first_light))) total[a] += to_float(value);
       }
-      for (uint a = 0; a < aovs; a++) {
+      for (uint a = 0; a < named; a++) {
         real value = b.slot_columns[(pass_columns(groups) + a) * CAPACITY + slot];
         valid &= is_addable(value);
         if (is_addable(value) & (lit | int(a < uint(params.light_plane)))) own[(end + a) * plane] += to_float(value);
@@ -196,7 +196,7 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
       if (!valid) total[PLANE_INVALID] += 1.0f;
     }
     for (uint p = 0; p < end; p++) own[p * plane] = total[p];
-    for (uint p = 0; p < cuts; p++) own[(end + aovs + p) * plane] = total[end + p];
+    for (uint p = 0; p < cuts; p++) own[(end + named + p) * plane] = total[end + p];
   }
 }
 

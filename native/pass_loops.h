@@ -5,6 +5,12 @@
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
+/* Whether some path has not been scattered yet: behind that nothing is told apart. */
+static bool any_begins(Batch &b, Group g) {
+  const uint *bounces = b.columns().uints + PATH_UINT_bounces * CAPACITY;
+  return std::any_of(bounces + g.first, bounces + g.end, [](uint n) { return !(n & 255u); });
+}
+
 static void keep_value(Batch &__restrict b, Group g) {
   std::copy(b.fr + g.first, b.fr + g.end, b.before_r + g.first);
   std::copy(b.fg + g.first, b.fg + g.end, b.before_g + g.first);

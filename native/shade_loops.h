@@ -239,6 +239,7 @@ static void evaluate_closures(Batch &__restrict b, Scene s, Material m, Group g,
       std::fill(column + g.first, column + g.end, REAL(0.0));
   for (uint k = 0; k < m.count; k++) {
     Bound c = bind_met(b, s, m, g, k);
+    if (!is_closure(c.i.op)) continue;
     if (split) keep_value(b, g);
     if (limited) find_seen_weights(b, g, c.i.op, k);
     const real *wr = limited ? b.seen_r : b.weight_r[k], *wg = limited ? b.seen_g : b.weight_g[k];
@@ -329,7 +330,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     return;
   }
   choose_closures(b, s, m, g);
-  bool split = has_any(params.groups, GROUPS_SPLIT);
+  bool split = has_any(params.groups, GROUPS_SPLIT) && any_begins(b, g);
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
     choose_lights(b, s, m, g);

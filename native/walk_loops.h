@@ -9,12 +9,12 @@ namespace ISOPHOTE_VARIANT {
 #define WALKER_REALS(X)                                                                       \
   X(origin.x) X(origin.y) X(origin.z) X(direction.x) X(direction.y) X(direction.z)            \
   X(weight.x) X(weight.y) X(weight.z) X(depth) X(opposite)
-#define FLIGHT_REALS(X) X(direction.x) X(direction.y) X(direction.z) X(length) X(phase)
+#define FLIGHT_REALS(X) X(direction.x) X(direction.y) X(direction.z) X(length) X(phase) X(roulette)
 
 /* Walkers of a thread, in structures of arrays; where one has left, the last takes its place. */
 struct Walkers {
   alignas(64) real media[MEDIUM_COLUMNS][CAPACITY];
-  alignas(64) real walkers[11][CAPACITY], flights[5][CAPACITY];
+  alignas(64) real walkers[11][CAPACITY], flights[6][CAPACITY];
   alignas(64) uint path[CAPACITY], seed[CAPACITY], index[CAPACITY];
   alignas(64) real t[CAPACITY], u[CAPACITY], v[CAPACITY];
   alignas(64) uint instance[CAPACITY], primitive[CAPACITY];
@@ -89,13 +89,14 @@ static void draw_flights(Walkers &__restrict w, uint number) {
 
 static void end_flights(Walkers &__restrict w, uint number) {
   FOR_PATHS(i, 0, w.count) {
-    Flown r = fly(medium_at(w, i), walker_at(w, i), flight_at(w, i), hit_at(w, i), number, w.seed[i], w.index[i]);
+    Flown r = fly(medium_at(w, i), walker_at(w, i), flight_at(w, i), hit_at(w, i), number);
     store_walker(w, i, r.walker);
     w.state[i] = r.state;
   }
 }
 
-/* The path of a walk that has ended, and its hit. */
+/* The path of a walk that has ended, and its hit. The last walker takes its place: one that goes on, whose flight and hit
+ * are made anew. */
 static void leave_walk(Batch &b, Walkers &w, uint i) {
   Columns columns = b.columns();
   uint at = w.path[i];
@@ -106,9 +107,7 @@ static void leave_walk(Batch &b, Walkers &w, uint i) {
   uint last = --w.count;
   for (auto &column : w.media) column[i] = column[last];
   for (auto &column : w.walkers) column[i] = column[last];
-  for (uint *column : {w.path, w.seed, w.index, w.instance, w.primitive}) column[i] = column[last];
-  for (real *column : {w.t, w.u, w.v}) column[i] = column[last];
-  w.state[i] = w.state[last];
+  for (uint *column : {w.path, w.seed, w.index}) column[i] = column[last];
 }
 
 /* What light wanders in where an instruction k was chosen. */

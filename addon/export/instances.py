@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from isophote.material_program import MaterialProgram
+from isophote.records import numbers
 
 from .aovs import aovs_of
 from .changes import Meshes
@@ -100,7 +101,7 @@ class Gatherer:
 
         lamp = export_light(ob, self.matrices[number], self.origin, visibility, self.notes, self.lookups, known)
         if lamp is not None:
-            lamp.flags |= self.light_groups.of(ob) << 16
+            lamp.flags |= self.light_groups.of(ob) << numbers()["LIGHT_GROUP_SHIFT"]
             self.lamps.append(lamp)
 
     def add_object(self, number: int, instance, ob, key: tuple) -> None:

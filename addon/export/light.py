@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isophote.material_program import MaterialProgram, make_material
+from isophote.records import numbers
 from isophote.values import ProgramTooLarge, varies
 
 from .. import compat
@@ -25,7 +26,7 @@ from .values import Values
 
 NO_SHADOW, NO_MIS, FACING_DISK = 1, 2, 4
 NARROWEST_SPREAD = 1e-3  # radians: 0 stands for a parallel beam in Blender, and for no limit in a scene
-UNLIMITED, BOUNCES_SHIFT = 255, 8  # bounces that no path has; LIGHT_BOUNCES of kernels/scene_records.h
+UNLIMITED = 255  # bounces that no path has
 
 
 @dataclass
@@ -68,7 +69,7 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     flags |= 0 if getattr(cycles, "use_multiple_importance_sampling", True) else NO_MIS
     flags |= FACING_DISK if kind in (POINT, SPOT) and compat.soft_falloff(light) else 0
     bounces = getattr(cycles, "max_bounces", UNLIMITED)
-    flags |= 0 if bounces >= UNLIMITED else bounces + 1 << BOUNCES_SHIFT
+    flags |= 0 if bounces >= UNLIMITED else bounces + 1 << numbers()["LIGHT_BOUNCES_SHIFT"]
     if not np.any(strength):
         return None
     spread = max(light.spread, NARROWEST_SPREAD) if light.type == "AREA" else 0.0

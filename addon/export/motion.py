@@ -21,7 +21,8 @@ MOVED = 1e-6  # relative change of a matrix from which on an object counts as mo
 
 
 def with_motion(scene: Scene, engine, depsgraph, view: str, notes: Notes) -> dict[str, np.ndarray]:
-    """The scene's arrays that differ because the camera moves; none where motion blur is off or the camera rests.
+    """The scene's arrays of the camera in the middle of the shutter's time and of its motion; none where there is to be
+    no motion blur.
 
     Blender's scene is as before when this returns, but evaluated anew.
     """
@@ -34,31 +35,27 @@ def with_motion(scene: Scene, engine, depsgraph, view: str, notes: Notes) -> dic
     frame, subframe, shutter = blender_scene.frame_current, blender_scene.frame_subframe, render.motion_blur_shutter
     center = frame + subframe + {"START": 0.5, "END": -0.5}.get(compat.shutter_position(blender_scene), 0.0) * shutter
     settings = getattr(camera, "cycles", None)
-    steps = 2 ** getattr(settings, "motion_steps", 1) + 1 if getattr(settings, "use_motion_blur", True) else 1
-    times = center + np.linspace(-0.5, 0.5, steps) * shutter if steps > 1 else np.array([center])
+    times = center + np.linspace(-0.5, 0.5, 2 ** getattr(settings, "motion_steps", 1) + 1) * shutter
     lens, places, shapes = camera.data.lens, [], []
     views: list[View] = []
     try:
-        for time in times:
+        for number, time in enumerate(times):
             set_time(engine, time)
             camera = camera_of(engine, depsgraph)
             views.append(view_of(engine, camera, view))
             places.append(matrices_of(depsgraph))
-            shapes.append(shapes_of(depsgraph) if len(times) > 1 else {})
+            shapes.append(shapes_of(depsgraph))
+            if number == len(times) // 2:
+                middle = export_camera(blender_scene, camera, scene.resolution, Notes(), views[-1], scene.origin)
             if camera.data.lens != lens:
                 what = "a lens that changes while the shutter is open is not supported: it stays"
                 notes.add("camera", camera.name, what)
-        if len(times) > 1:
-            note_moving_objects(places, notes)
-            note_deforming_meshes(shapes, notes)
-        if center != frame + subframe:
-            set_time(engine, center)
-        middle = export_camera(blender_scene, camera_of(engine, depsgraph), scene.resolution, Notes(),
-                               views[len(views) // 2], scene.origin)
     finally:
         engine.frame_set(frame, subframe)
+    note_moving_objects(places, notes)
+    note_deforming_meshes(shapes, notes)
     poses = np.array([pose_of(seen, views[len(views) // 2], scene.origin) for seen in views])
-    if len(poses) == 1 or np.array_equal(poses, np.broadcast_to(poses[:1], poses.shape)):
+    if not getattr(settings, "use_motion_blur", True) or (poses == poses[0]).all():
         return middle
     return middle | {"camera_poses": poses, "shutter_curve": shutter_curve(render)}
 

@@ -63,9 +63,12 @@ class StudyDevice(OpenCLDevice):
         transparent = prepared.features & numbers()["FEATURE_TRANSPARENT"]
         if self.variant.traversal == "list_local" and transparent:
             raise ValueError("list_local: shadow rays that pass transparent surfaces cannot go together")
+        n = numbers()
+        if self.variant.schedule != "shipping" and prepared.features & (n["FEATURE_SUBSURFACE"] | n["FEATURE_SHINES"]):
+            raise ValueError(f"{self.variant.schedule}: it neither walks below surfaces nor completes lights")
         prepared = adapt(prepared, self.variant)
         self.copy_scene(prepared)
-        self.wavefront = None
+        self.wavefront, self.features = None, prepared.features
         options = build_options(self.device, self.settings, prepared)
         options += [f"-D{name}={value}" for name, value in
                     self.variant.macros(len(prepared.buffers["triangles"])).items()]

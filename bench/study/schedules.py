@@ -27,7 +27,7 @@ class Shipping(Wavefront):
 
     def __init__(self, device, paths: int):
         super().__init__(device.cl, device.queue, device.program, [*device.scene.values()], paths,
-                         device.planes)
+                         device.planes, device.features)
         self.device = device
         if device.variant.group:
             self.group = dict.fromkeys(self.group, device.variant.group)
@@ -45,7 +45,7 @@ class Schedule:
 
     def __init__(self, device, paths: int):
         self.device, self.paths = device, paths
-        b = {name: device.buffer(4 * count * paths) for name, count in path_columns(device.planes).items()}
+        b = {name: device.buffer(4 * count * paths) for name, count in path_columns(device.planes, 0).items()}
         self.limits = device.buffer(3 * 4 * numbers()["LIMITS"])
         self.buffers, self.path = b, (b["reals"], b["uints"], U(paths))
         self.hit, self.light = (b["hit_reals"], b["hit_uints"]), (b["light_reals"], b["light_uints"])

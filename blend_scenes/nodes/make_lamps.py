@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a scene of balls on a floor under lamps.
 
     python blend_scenes/nodes/make_lamps.py -- OUT.blend CASE        (or blender -b --python ...)
@@ -181,7 +182,7 @@ TILT=NONE
 
 
 def photometric(scene):
-    """Two lamps with the table of a luminaire, one turned and scaled, one whose vector is a normal."""
+    """Three lamps with the table of a luminaire, one turned and scaled, one whose vector is a normal."""
     text = bpy.data.texts.new("luminaire")
     text.write(PHOTOMETRY)
     for number, (kind, place, rotation, size) in enumerate((

@@ -26,7 +26,6 @@ FN real hue_of(real3 c, real most, real range) {
   real hue = sixths / REAL(6.0);
   return hue < REAL(0.0) ? hue + REAL(1.0) : hue;
 }
-FN real min_of3(real3 a) { return min_real(a.x, min_real(a.y, a.z)); }
 
 VALUE(rgb_to_hsv) {
   real3 c = IN3(0);

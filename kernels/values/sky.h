@@ -88,8 +88,7 @@ VALUE(sun_disc) {
   real limb = REAL(0.4) + REAL(0.6) * sqrt(max_real(REAL(1.0) - edge * edge, REAL(0.0)));
   real3 low = CONSTANT3(7u), high = CONSTANT3(10u);
   real3 radiance = low + (high - low) * (height * CONSTANT(5u) + CONSTANT(6u));
-  radiance = make_real3(max_real(radiance.x, REAL(0.0)), max_real(radiance.y, REAL(0.0)), max_real(radiance.z, REAL(0.0)));
-  OUT3(0, select3(inside, radiance * limb, zero3()))
+  OUT3(0, select3(inside, positive3(radiance) * limb, zero3()))
   OUT(3) = inside ? REAL(1.0) : REAL(0.0);
 }
 

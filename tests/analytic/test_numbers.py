@@ -100,7 +100,7 @@ def test_no_drift_after_2_to_the_24_samples():
     device = opened("openmp", settings, ready(b.make()))
     film, rays, flag = Film((0, 0, 1, 1), COMBINED_PLANES), np.zeros(2, np.uint64), np.zeros(1, np.int32)
     limits = np.zeros(len(LIMITS), np.uint64)
-    params = make_params(WorkItem(film.region, 0, BLOCK), settings)
+    params = make_params(WorkItem(film.region, 0, BLOCK), settings, int(film.planes))
     while film.end < 1 << 24:  # without OpenMPDevice.render's thread an item: a quarter of a million of them
         params.view(params_dtype())["first_sample"] = film.end
         assert device.native.render(device.variant, device.buffers, device.tree, params, 1, film.open, rays,

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 from bench.common import ROOT
 from bench.cycles_compare import render_both, same_bits
-from bench.cycles_process import find_python
+from bench.cycles_process import find_python, run_script
 from bench.replicates import compare_replicates
 from tests.conftest import missing
 
 SIZE = 48  # pixels, of the longer side
 
 
-def made(script: str, blend: Path, case: str) -> Path:
-    """The scene of a case that a script of blend_scenes/nodes makes; skips the test where there is no bpy."""
-    python = find_python()
-    if python is None:
+def made(script: str, blend: Path, *arguments: str) -> Path:
+    """The scene that a script of blend_scenes makes; skips the test where there is no bpy module."""
+    if find_python() is None:
         missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
-    subprocess.run([python, str(ROOT / "blend_scenes" / "nodes" / script), "--", str(blend), case], check=True,
-                   capture_output=True, stdin=subprocess.DEVNULL)
+    run_script(ROOT / "blend_scenes" / script, "--", blend, *arguments, makes=blend)
     return blend
 
 

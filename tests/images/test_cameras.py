@@ -1,17 +1,14 @@
 """Cameras against Cycles: blend_scenes/make_cameras.py, pixel by pixel, through a filter 1/100 of a pixel wide."""
 
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench.cycles_compare import render_both, same_bits
-from bench.cycles_process import find_python
 from bench.replicates import compare_replicates
-from tests.conftest import missing
+from tests.images.agreement import made
 
-SCRIPT = Path(__file__).parents[2] / "blend_scenes" / "make_cameras.py"
 PANORAMAS = ("equirectangular", "part", "equidistant", "equisolid", "polynomial", "mirror_ball", "cube_face",
              "cylinder", "portrait", "clipped")
 SURFACES = ("place", "window", "view", "distances")
@@ -19,21 +16,15 @@ SAMPLES, REPLICATES = 8, 2
 CLOSE = 1e-4  # nine pixels out of ten; filters of two pixels with other random numbers explain the rest
 
 
-def made(path: Path, camera: str, surface: str) -> Path:
-    python = find_python()
-    if python is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
-    blend = path / f"{camera}.blend"
-    subprocess.run([python, str(SCRIPT), "--", str(blend), camera, surface], check=True, capture_output=True,
-                   stdin=subprocess.DEVNULL)
-    return blend
+def room(folder: Path, camera: str, surface: str) -> Path:
+    return made("make_cameras.py", folder / f"{camera}.blend", camera, surface)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("camera,surface", [(camera, "place") for camera in PANORAMAS]
                          + [(camera, surface) for surface in SURFACES[1:] for camera in PANORAMAS[:8]])
 def test_pixels_agree(camera, surface, tmp_path):
-    both = render_both(made(tmp_path, camera, surface), 0, SAMPLES, REPLICATES)
+    both = render_both(room(tmp_path, camera, surface), 0, SAMPLES, REPLICATES)
     assert not both["scene"].notes, both["scene"].notes
     ours, theirs = (both[engine].mean(axis=0) for engine in ("isophote", "cycles"))
     off = np.abs(ours - theirs).max(axis=-1)
@@ -50,7 +41,7 @@ def test_pixels_agree(camera, surface, tmp_path):
 @pytest.mark.parametrize("camera", ["perspective", *PANORAMAS[:8]])
 def test_wires_are_pixels_wide(camera, tmp_path):
     """How wide pixels are where they look; the rims of fisheyes, whose neighbours see nothing, are left out."""
-    both = render_both(made(tmp_path, camera, "wires"), 0, SAMPLES, REPLICATES)
+    both = render_both(room(tmp_path, camera, "wires"), 0, SAMPLES, REPLICATES)
     ours, theirs = (both[engine].mean(axis=0)[..., 0] for engine in ("isophote", "cycles"))
     y, x = (np.mgrid[:ours.shape[0], :ours.shape[1]] + 0.5) / np.array(ours.shape)[:, None, None] * 2 - 1
     inner = np.hypot(x, y) < 0.8
@@ -60,7 +51,7 @@ def test_wires_are_pixels_wide(camera, tmp_path):
 
 @pytest.mark.slow
 def test_lens_of_a_fisheye(tmp_path):
-    both = render_both(made(tmp_path, "focused", "marks"), 0, 32, 8)
+    both = render_both(room(tmp_path, "focused", "marks"), 0, 32, 8)
     found = compare_replicates(both["isophote"], both["cycles"])
     for mean in found["means"]:
         assert abs(mean["ratio"] - 1.0) <= 1.5 * mean["half_interval"] + 2e-4, found

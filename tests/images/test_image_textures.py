@@ -1,26 +1,18 @@
 """Image and Environment Textures against Cycles: the picture of blend_scenes/nodes/make_images.py, without noise."""
 
-import subprocess
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from bench.cycles_compare import render_both, same_bits
-from bench.cycles_process import find_python
 from tests.conftest import missing
+from tests.images.agreement import made
 
-SCRIPT = Path(__file__).parents[2] / "blend_scenes" / "nodes" / "make_images.py"
 PATCH = 16
 
 
 @pytest.fixture(scope="module")
 def renders(tmp_path_factory):
-    python = find_python()
-    if python is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
-    blend = tmp_path_factory.mktemp("made") / "images.blend"
-    subprocess.run([python, str(SCRIPT), "--", str(blend)], check=True, capture_output=True, stdin=subprocess.DEVNULL)
+    blend = made("nodes/make_images.py", tmp_path_factory.mktemp("made") / "images.blend")
     return render_both(blend, 0, 16, 1)
 
 

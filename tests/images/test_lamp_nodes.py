@@ -17,6 +17,6 @@ NOISE = {"spread": 1.5, "narrow": 1.5, "stretched": 1.5, "hidden": 1.5, "hidden_
 @pytest.mark.slow
 @pytest.mark.parametrize("case", NOISE)
 def test_pictures_agree(case, tmp_path):
-    blend = made("make_lamps.py", tmp_path / "lamps.blend", case)
+    blend = made("nodes/make_lamps.py", tmp_path / "lamps.blend", case)
     found = assert_agrees(blend, SAMPLES, REPLICATES.get(case, 12), NOISE[case])
     assert all(mean["half_interval"] < 0.01 for mean in found["means"]), found

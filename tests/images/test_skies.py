@@ -67,7 +67,7 @@ def test_patches_have_the_same_bits(folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("world", NOISE)
 def test_worlds_agree(worlds, world):
-    assert_agrees(worlds / f"under_{world}.blend", SAMPLES, REPLICATES, NOISE[world], 2e-3)
+    assert_agrees(worlds / f"under_{world}.blend", SAMPLES, REPLICATES, NOISE[world])
 
 
 @pytest.mark.slow

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 from isophote.values import call1, select
 
 from ... import compat
@@ -11,7 +13,6 @@ from ..values import source
 from .inputs import to_object_normal
 from .vectors import normalize
 
-HALF_TURN = 3.141592653589793
 UNREADABLE = 100.0  # watts, what Cycles takes where a file cannot be read
 FAR = 1e30  # metres: suns and worlds are at no distance
 
@@ -29,7 +30,7 @@ def ies_texture(values, node, socket, stack):
     except (NotPhotometric, OSError) as error:
         values.note(f"{node.name}: {error}: {UNREADABLE:g} in all directions")
         return strength * UNREADABLE
-    return strength * call1("photometry", call1("arctangent", x, y) + HALF_TURN, call1("arccosine", -z), data=table)
+    return strength * call1("photometry", call1("arctangent", x, y) + math.pi, call1("arccosine", -z), data=table)
 
 
 def light_falloff(values, node, socket, stack):

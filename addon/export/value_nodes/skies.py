@@ -14,10 +14,11 @@ from ... import compat
 from ..images import Picture
 from ..values import Sun, each, outputs, triple
 from .curves import RGB_OF_XYZ
+from .images import EXTENSIONS, INTERPOLATIONS
 from .inputs import generated
 from .vectors import texture_mapped
 
-LINEAR_TO_THE_END = 1 | 1 << 2  # IMAGE_ numbers of kernels/scene_records.h
+LINEAR_TO_THE_END = INTERPOLATIONS["Linear"] | EXTENSIONS["EXTEND"] << 2
 
 
 def sky_texture(values, node, socket, stack):

@@ -23,7 +23,8 @@ def under_skies() -> Scene:
     airs = [skies.Air(often, ELEVATION, 100.0, 1.0, 1.0, 1.0) for often in (False, True)]
     pictures = [skies.dome(airs[0])[::4, ::8], skies.globe(airs[1])[::4, ::8]]
     words = [picture.size for picture in pictures]
-    images = [(first, picture.shape[1], picture.shape[0], 3, numbers()["TEXEL_FLOAT"], 1 | 1 << 2)
+    flags = numbers()["IMAGE_LINEAR"] | numbers()["IMAGE_EXTEND"] << 2
+    images = [(first, picture.shape[1], picture.shape[0], 3, numbers()["TEXEL_FLOAT"], flags)
               for first, picture in zip((0, words[0]), pictures, strict=True)]
     level = math.cos(ELEVATION)
     middle = np.array([-level * math.sin(TURN), level * math.cos(TURN), math.sin(ELEVATION)])
