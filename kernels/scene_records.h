@@ -130,11 +130,14 @@ typedef struct {
   float sun_chance; /* and how often it is drawn instead of the map */
   float mist_start, mist_scale; /* where mist begins, one over its depth: for the Mist pass */
   float mist_falloff;           /* exponent: 1, 2 or 0.5 */
+  float occlusion_distance;     /* within which surfaces occlude in the Ambient Occlusion pass */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
   uint aovs; /* AOV outputs of each material */
   uint light_group;   /* of the world */
   uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
+  uint mattes; /* where ids for Cryptomatte begin in it, of objects and assets in turn; NONE: there are none */
+  uint sphere_mattes, material_mattes; /* how many instances there are before spheres; where those of materials begin */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the

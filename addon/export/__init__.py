@@ -15,7 +15,7 @@ from .instances import Gatherer
 from .light import join_lights
 from .motion import with_motion
 from .notes import Notes
-from .world import export_world, mist_of
+from .world import export_world, mist_of, occlusion_distance_of
 
 __all__ = ["export_scene", "seen_from"]
 
@@ -66,6 +66,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     arrays = export_camera(scene, camera, resolution, notes)
     gatherer = Gatherer(depsgraph, arrays["origin"], notes, meshes)
     gatherer.gather()
+    materials = list(gatherer.material_names)  # of objects
     world = export_world(scene, notes, gatherer.lookups)
     arrays |= {"world_radiance": world.radiance, "world_hidden": world.hidden}
     if world.program:
@@ -76,6 +77,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     arrays |= {"material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),
                "world_group": gatherer.light_groups.of(scene.world),
+               "occlusion_distance": occlusion_distance_of(scene.world),
                "uv_attribute": [] if gatherer.uv is None else [gatherer.uv]}
     if gatherer.lookups.attributes:
         arrays |= join_attributes(list(gatherer.lookups.attributes), meshes.attributes)
@@ -87,7 +89,10 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         "lights": [lamp.name for lamp in gatherer.lamps],
         "aovs": list(gatherer.aovs) if gatherer.programs else [],
         "light_groups": list(gatherer.light_groups.names),
+        "assets": sorted(set(gatherer.mattes.assets.values())),
     }
+    arrays |= gatherer.mattes.arrays(names["instances"], names["spheres"], materials,
+                                     len(gatherer.programs) - len(materials))
     return make_scene(names, notes.entries, **arrays)
 
 

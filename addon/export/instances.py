@@ -19,6 +19,7 @@ from .light import Lamp, export_light
 from .light_groups import LightGroups
 from .lookups import Lookups
 from .material import material_program
+from .mattes import NO_MATERIAL, Mattes
 
 RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
         ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
@@ -45,6 +46,7 @@ class Gatherer:
         self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
+        self.mattes = Mattes(self.view_layer)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
@@ -108,6 +110,7 @@ class Gatherer:
         visibility = self.visibility(instance, ob)
         if visibility == 0:
             return
+        self.mattes.meet(ob)
         if is_sphere(ob):
             self.add_sphere(self.matrices[number], ob, visibility)
             return
@@ -150,7 +153,7 @@ class Gatherer:
         if key not in self._material_of:
             self._material_of[key] = len(self.programs)
             self.programs.append(material_program(material, self.notes, self.lookups, self.aovs))
-            self.material_names.append("default" if material is None else material.name)
+            self.material_names.append(NO_MATERIAL if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
         return self._material_of[key]
 

@@ -158,7 +158,7 @@ def film(scene: Scene, samples: int = 64, **changes) -> Film:
     region = settings.region or full_frame(scene)
     mine = openmp_film(prepared, region, samples, settings)
     other = opencl_film(prepared, region, samples, settings)
-    differing = sum(differing_floats(mine.sum(plane), other.sum(plane)) for plane in range(mine.planes))
+    differing = sum(differing_floats(mine.sum(plane), other.sum(plane)) for plane in range(mine.planes.sums))
     assert not differing, f"{differing} floats differ between OpenMP and OpenCL"
     return mine
 
@@ -176,7 +176,7 @@ def rgb(made: Film) -> np.ndarray:
 
 def differing(a: Film, b: Film) -> int:
     """Sums that differ in a bit."""
-    return sum(differing_floats(a.sum(plane), b.sum(plane)) for plane in range(a.planes))
+    return sum(differing_floats(a.sum(plane), b.sum(plane)) for plane in range(a.planes.sums))
 
 
 def rounding(made: Film, exact: Film) -> float:

@@ -63,7 +63,8 @@ layer = bpy.context.view_layer
 for kind in ("diffuse", "glossy", "transmission"):
     for of in ("direct", "indirect", "color"):
         setattr(layer, f"use_pass_{kind}_{of}", True)
-layer.use_pass_emit = layer.use_pass_environment = True
+layer.use_pass_emit = layer.use_pass_environment = layer.use_pass_ambient_occlusion = True
+scene.world.light_settings.distance = 2.5
 layer.use_pass_uv = layer.use_pass_mist = layer.use_pass_object_index = layer.use_pass_material_index = True
 layer.cycles.denoising_store_passes = True
 for number, thing in enumerate(bpy.data.objects):
