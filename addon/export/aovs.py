@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from isophote.material_program import Shown
-from isophote.passes import PASSES
+from isophote.passes import PASSES, channels_of
+from isophote.settings import MOST_LEVELS
 
 from .. import compat
 from .values import Values, triple
@@ -22,7 +23,7 @@ def aovs_of(view_layer) -> tuple[str, ...]:
 
 def is_taken(name: str) -> bool:
     """Whether a pass of Isophote or of a light group has the name."""
-    return name.startswith("Combined_") or name in {entry.blender_name for entry in PASSES.values()}
+    return name.startswith("Combined_") or name in map(compat.pass_name, channels_of(PASSES, MOST_LEVELS))
 
 
 def outputs_of(tree, stack: tuple = ()) -> Iterator[tuple]:

@@ -65,6 +65,9 @@ def test_passes_of_two_view_layers(host):
     assert np.abs(position).max() == pytest.approx(1, abs=1e-3), "on the surface of the cube, in the world"
     assert (channels["ViewLayer.Error.R"] >= 0).all() and channels["ViewLayer.Error.R"].max() > 0
     assert "Isophote: device" in log and "error" in log
+    for name in ("Depth", "CryptoObject01", "Combined_Key"):
+        assert f"note: pass '{name}': an AOV with the name of a pass: left out" in log
+    assert "ViewLayer.Own.R" in channels and "ViewLayer.Depth.R" not in channels
 
 
 def test_passes_are_those_of_cycles(host):
