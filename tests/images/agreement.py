@@ -6,17 +6,14 @@ from pathlib import Path
 
 from bench.common import ROOT
 from bench.cycles_compare import render_both, same_bits
-from bench.cycles_process import find_python, run_script
+from bench.cycles_process import run_script
 from bench.replicates import compare_replicates
-from tests.conftest import missing
 
 SIZE = 48  # pixels, of the longer side
 
 
 def made(script: str, blend: Path, *arguments: str) -> Path:
-    """The scene that a script of blend_scenes makes; skips the test where there is no bpy module."""
-    if find_python() is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
+    """The scene that a script of blend_scenes makes."""
     run_script(ROOT / "blend_scenes" / script, "--", blend, *arguments, makes=blend)
     return blend
 
