@@ -348,8 +348,16 @@ FN void show_guides(GLOBAL real *columns, uint stride, uint groups, Scene s, Mat
   }
 }
 
+/* Whether nothing of a surface is left to be seen. */
+FN int is_held_out(Scene s, Material m, const real *r) {
+  if (!IS_USED(OP_HOLDOUT) || !(m.flags & MATERIAL_HOLDS_OUT)) return 0;
+  real3 share = held_share(s, m, r);
+  return (share.x == REAL(1.0)) & (share.y == REAL(1.0)) & (share.z == REAL(1.0));
+}
+
 FN void show_surface(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
   if (is_inside(p)) return; /* has shown where it went below */
+  if ((p.status & PATH_FROM_CAMERA) && is_held_out(s, m, r)) return;
   if (has_any(groups, GROUPS_SEEN) && path_bounce(p) == 0) show_seen(columns, stride, groups, s, m, at, p, h, r);
   if (has_any(groups, GROUPS_DENOISING)) show_guides(columns, stride, groups, s, m, at, p, h, r);
 }

@@ -119,20 +119,25 @@ FN Brought see_world(Scene s, Params params, Path p, const real *r) {
   return clamp_light(params, select3(hidden, zero3(), light), path_bounce(p) - 1);
 }
 
-/* What a path that leaves the scene takes away from the pixel's alpha. */
-FN real lost_alpha(Params params, Path p) {
-  int seen = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
+/* What a path takes away from the pixel's alpha where it shows nothing: with a transparent film beyond the scene. */
+FN real lost_alpha(int shows_nothing, Path p) {
+  int seen = shows_nothing & ((p.status & PATH_FROM_CAMERA) != 0u);
   return seen ? (p.red + p.green + p.blue) * REAL(0.33333334) : REAL(0.0);
 }
 
-/* What holdouts take of it. */
-FN real held_alpha(Scene s, Params params, Material m, Path p, const real *r) {
+/* What part of a surface is held out. */
+FN real3 held_share(Scene s, Material m, const real *r) {
   real3 share = zero3();
   for (uint k = 0u; k < m.count; k++) {
     Instruction i = s.instructions[m.first + k];
     if (i.op == OP_HOLDOUT) share = share + closure_of(i, r).weight;
   }
-  return lost_alpha(params, with_throughput(p, path_throughput(p) * share));
+  return share;
+}
+
+/* What that takes of the pixel's alpha, with an opaque film too, as in Cycles. */
+FN real held_alpha(Scene s, Material m, Path p, const real *r) {
+  return lost_alpha(1, with_throughput(p, path_throughput(p) * held_share(s, m, r)));
 }
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */

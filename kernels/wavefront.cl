@@ -202,7 +202,7 @@ typedef struct {
 
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
   add_result(results, columns, stride, p.slot, params, see_world(s, params, p, r), seen_from(p, GROUP_environment, s.world[0].light_group));
-  results[3u * stride + p.slot] -= lost_alpha(params, p);
+  results[3u * stride + p.slot] -= lost_alpha(params.film_transparent, p);
 }
 
 FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, uint stride) {
@@ -247,7 +247,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
                seen_from(p, GROUP_emission, has_any(groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u));
   if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
-    results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
+    results[3u * stride + p.slot] -= held_alpha(s, m, p, registers);
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h, registers);

@@ -24,7 +24,7 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
     add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
-    b.alpha[p.slot] -= lost_alpha(params, p);
+    b.alpha[p.slot] -= lost_alpha(params.film_transparent, p);
     b.alive[i] = 0;
   }
 }
@@ -308,11 +308,11 @@ static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
   }
 }
 
-static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
+static void shade_holdouts(Batch &__restrict b, Scene s, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    b.alpha[p.slot] -= held_alpha(s, params, m, p, registers_at(b, i));
+    b.alpha[p.slot] -= held_alpha(s, m, p, registers_at(b, i));
   }
 }
 
@@ -324,7 +324,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   run_values(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
-  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
+  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, m, g);
   if (g.meeting == LAST) {
     pass_last(b, params, m, g);
     return;
