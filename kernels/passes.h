@@ -142,6 +142,15 @@ FN uint object_light_group(Scene s, Hit h) {
 FN uint drawn_light_group(Scene s, LightWalk walk) { return LIGHT_GROUP(s.lights[walk.at & ~CLUSTER_LIGHT].flags); }
 FN uint drawn_group_column(Params params) { return pass_columns(film_groups(params)) + uint_of(params.named_planes); }
 
+/* The set of the object at a path's last vertex, where lights are linked: in the column behind that. */
+FN uint link_column(Params params) {
+  return drawn_group_column(params) + (has_any(film_groups(params), GROUPS_LIGHT_GROUPS) ? 1u : 0u);
+}
+FN uint last_set(Scene s, Params params, GLOBAL const real *columns, uint stride, uint slot) {
+  if (!(SCENE_FEATURES & s.world[0].features & FEATURE_LINKING)) return NONE;
+  return uint_of(columns[link_column(params) * stride + slot]);
+}
+
 /* Where light comes from: a group, of what the camera sees itself, or one of these; and above eight bits its light
  * group, which of drawn light is in the path's column. */
 #define FROM_PATH 32u

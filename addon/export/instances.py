@@ -17,6 +17,7 @@ from .changes import Meshes
 from .instance_values import KINDS, instance_values, property_value
 from .light import Lamp, export_light
 from .light_groups import LightGroups
+from .light_linking import LightLinking
 from .lookups import Lookups
 from .material import held_out_program, material_program
 from .visibility import Appearance, appearances, visibility_of
@@ -42,13 +43,15 @@ class Gatherer:
         self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
+        self.linking = LightLinking(notes)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
         self.slots: list[int] = []
-        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index, group)
-        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group)
+        # (number of its matrix, mesh, first slot, visibility, name, index, group, number in `linking`)
+        self.instances: list[tuple] = []
+        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group, the same number)
         self._material_of: dict[tuple, int] = {}
         self._slots_of: dict[tuple, int] = {}
         self._looks: dict[tuple, list[tuple]] = {}  # what instances of one object share: the end of each one's tuples
@@ -100,24 +103,25 @@ class Gatherer:
         lamp = export_light(ob, self.matrices[number], self.origin, visibility, self.notes, self.lookups, known)
         if lamp is not None:
             lamp.flags |= self.light_groups.of(ob) << numbers()["LIGHT_GROUP_SHIFT"]
+            lamp.link = self.linking.of(instance, ob)
             self.lamps.append(lamp)
 
     def add_object(self, number: int, instance, ob, key: tuple) -> None:
         parts = appearances(instance, ob, self.depsgraph.view_layer)
         if not parts:
             return
+        shared = ob.name, ob.pass_index, self.light_groups.of(ob), self.linking.of(instance, ob)
         if is_sphere(ob):
-            self.add_sphere(self.matrices[number], ob, parts)
+            self.add_sphere(self.matrices[number], ob, parts, shared)
             return
         mesh = self.meshes.number_of(ob, self.attributes_of(ob))
         if mesh is None:
             return
-        shared = ob.name, ob.pass_index, self.light_groups.of(ob)
         self._looks[key] = [(mesh, self.slots_of(ob, self.meshes.needed[mesh], part.held_out), part.visibility, *shared)
                             for part in parts]
         self.instances += [(number, *look) for look in self._looks[key]]
 
-    def add_sphere(self, matrix: np.ndarray, ob, parts: list[Appearance]) -> None:
+    def add_sphere(self, matrix: np.ndarray, ob, parts: list[Appearance], shared: tuple) -> None:
         """An analytic sphere around the centre of the bounding box, half the longest world side in radius."""
         box = np.array([corner[:] for corner in ob.bound_box], dtype=np.float64)
         low, high = box.min(axis=0), box.max(axis=0)
@@ -125,7 +129,6 @@ class Gatherer:
         if sides.max() - sides.min() > 1e-3 * sides.max():
             self.notes.add("object", ob.name, "rendered as a sphere, but its sides differ: the longest counts")
         centre = (matrix[:3, :3] * (0.5 * (low + high))).sum(axis=1) + matrix[:3, 3] - self.origin
-        shared = ob.name, ob.pass_index, self.light_groups.of(ob)
         for part in parts:
             material = self.slot_list(ob, part.held_out)[0]
             self.spheres.append((centre, 0.5 * sides.max(), material, part.visibility, *shared))
@@ -177,9 +180,6 @@ class Gatherer:
         """What an object has besides its surface and that is left out."""
         if ob.is_shadow_catcher and ob.type != "LIGHT":
             self.notes.add("object", ob.name, "shadow catchers are not supported: rendered as a usual object")
-        linking = getattr(ob, "light_linking", None)
-        if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-            self.notes.add("object", ob.name, "light linking is not supported: left out")
         if instance.show_particles:
             for system in ob.particle_systems:
                 if system.settings.type == "HAIR" and system.settings.render_type == "PATH":

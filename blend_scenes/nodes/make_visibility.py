@@ -67,7 +67,57 @@ def indirect_only(scene):
     collection_of(scene, bpy.data.objects["diffuse"]).indirect_only = True
 
 
-CASES = (held_out, held_out_opaque, indirect_only)
+# ------------------------------------------------------------------ light linking
+
+
+def named(name, *objects, excluded=()):
+    """A collection, of no scene, that includes objects and excludes others."""
+    made = bpy.data.collections.new(name)
+    for each in (*objects, *excluded):
+        made.objects.link(each)
+    for row, each in zip(made.collection_objects, made.objects, strict=True):
+        row.light_linking.link_state = "EXCLUDE" if each in excluded else "INCLUDE"
+    return made
+
+
+def three_lamps(scene):
+    """A key lamp for one ball, one for all but the other, and a panel for the floor; a plain one for all."""
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    matte, glossy, floor = (bpy.data.objects[name] for name in ("diffuse", "glossy", "floor"))
+    key = add(scene, "key", lamp("AREA", shape="SQUARE", size=1.5, energy=200.0, color=(1.0, 0.8, 0.6)), (-2, -2, 4),
+              (0.4, -0.4, 0))
+    key.light_linking.receiver_collection = named("key", matte)
+    rim = add(scene, "rim", lamp("POINT", energy=300.0, shadow_soft_size=0.4, color=(0.5, 0.7, 1.0)), (2, 2, 3))
+    rim.light_linking.receiver_collection = named("rim", excluded=[matte])
+    mesh = bpy.data.meshes.new("panel")
+    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=3.0))
+    panel = add(scene, "panel", mesh, (0, 1.5, 1.2))
+    nested = named("nested", glossy)
+    outer = named("outer", floor)
+    outer.children.link(nested)
+    outer.collection_children[0].light_linking.link_state = "EXCLUDE"
+    panel.light_linking.receiver_collection = outer
+    add(scene, "plain", lamp("SUN", energy=0.5, angle=0.1), rotation=(0.5, 0.3, 0))
+
+
+def shadows(scene):
+    """One ball casts no shadow in the light of an area lamp, the other none in that of a sun and of a panel. Both are
+    diffuse, for Cycles loses light of such lamps that comes by glossy reflection."""
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    matte, glossy = (bpy.data.objects[name] for name in ("diffuse", "glossy"))
+    key = add(scene, "key", lamp("AREA", shape="SQUARE", size=1.0, energy=200.0), (-3, -1, 4), (0.2, -0.6, 0))
+    key.light_linking.blocker_collection = named("key", excluded=[matte])
+    glossy.data.materials[0] = shader("pale", "ShaderNodeBsdfDiffuse", Color=(0.8, 0.8, 0.7, 1.0))
+    sun = add(scene, "sun", lamp("SUN", energy=2.0, angle=0.1, color=(1.0, 0.8, 0.5)), rotation=(-0.5, -0.5, 0))
+    sun.light_linking.blocker_collection = named("sun", matte)
+    mesh = bpy.data.meshes.new("panel")
+    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=5.0))
+    add(scene, "panel", mesh, (0, 2.5, 1.2)).light_linking.blocker_collection = sun.light_linking.blocker_collection
+
+
+CASES = (held_out, held_out_opaque, indirect_only, three_lamps, shadows)
 
 if __name__ == "__main__":
     out, case = sys.argv[sys.argv.index("--") + 1:][:2]
