@@ -63,8 +63,10 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     }
     going = left;
   }
-  for (uint i = 0; i < count; i++)
-    add_light(b, params, b.key[i], behind_shadow(load_brought(b, params, b.key[i]), b.shadows[i]), FROM_LIGHT);
+  for (uint i = 0; i < count; i++) {
+    uint at = b.key[i];
+    add_light(b, params, at, behind_shadow(load_brought(b, params, at), b.shadows[i], b.alone[at]), FROM_LIGHT);
+  }
 }
 
 }  // namespace ISOPHOTE_VARIANT

@@ -18,12 +18,13 @@ def made(script: str, blend: Path, *arguments: str) -> Path:
     return blend
 
 
-def assert_agrees(blend: Path, samples: int, replicates: int, noise: float, slack: float = 2e-4) -> dict:
+def assert_agrees(blend: Path, samples: int, replicates: int, noise: float, slack: float = 2e-4, over=None) -> dict:
     """Means, tiles and pixels, `noise` times Cycles' variance at most, and the same bits from OpenCL.
 
-    Means may differ by half as much again as their interval and by `slack`. Gives compare_replicates' findings.
+    Means may differ by half as much again as their interval and by `slack`; `over` as in render_both. Gives
+    compare_replicates' findings.
     """
-    renders = render_both(blend, SIZE, samples, replicates)
+    renders = render_both(blend, SIZE, samples, replicates, over)
     assert not renders["scene"].notes, renders["scene"].notes
     found = compare_replicates(renders["isophote"], renders["cycles"])
     for mean in found["means"]:
