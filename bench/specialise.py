@@ -40,7 +40,8 @@ def generalised(prepared: Prepared) -> Prepared:
     """The same scene for kernels that know everything; what the scene would have to have for it stays out."""
     n = numbers()
     features = sum(bit for name, bit in n.items() if name.startswith("FEATURE_"))
-    wanting = [n[f"FEATURE_{name}"] for name in ("WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "CAMERA_MOTION")]
+    wanting = [n[f"FEATURE_{name}"]
+               for name in ("WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "CAMERA_MOTION", "LINKING")]
     if not len(prepared.buffers["lights"]):
         wanting.append(n["FEATURE_LIGHTS"])
     features &= prepared.features | ~sum(wanting)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from isophote.geometry import Geometry, make_geometry
+from isophote.light_linking import link_features, link_records, lit_sets, lit_shares
 from isophote.light_tree import make_light_tree, shining
 from isophote.lights import estimated, has_program, light_records, triangle_lights, world_light
 from isophote.materials import OPERATIONS, is_delta
@@ -164,7 +165,9 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
 
     `buffers` hold what programs of materials read.
     """
-    lamps, cells = shining(light_records(scene)), np.zeros(0, np.float32)
+    lamps, cells = light_records(scene), np.zeros(0, np.float32)
+    kept = shining(lamps)
+    lamps = lamps[kept]
     visible = numbers()["RAY_ALL"] & ~scene.world_hidden.item()
     world_map = make_world_map(scene, buffers) if visible & numbers()["RAY_INDIRECT"] else None
     world = buffers["world"].copy()
@@ -176,13 +179,17 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
         world["sun"], world["sun_width"] = scene.world_sun[0, :3], world_map.sun_width
         world["sun_chance"] = world_map.sun_chance
         world["features"] |= numbers()["FEATURE_WORLD_SUN"]
-    lights = np.concatenate([lamps, shining(triangle_lights(scene, buffers["materials"], buffers))])
+    triangles = triangle_lights(scene, buffers["materials"], buffers)
+    lights = np.concatenate([lamps, triangles[shining(triangles)]])
     guessed = estimated(lights, len(lamps), buffers, scene.camera_to_world[:, 3])
-    light_tree, world["light_depth"] = make_light_tree(guessed)
+    light_tree, world["light_depth"], shares = make_light_tree(guessed, lit_sets(scene, lights, kept))
     lights["trail"] = guessed["trail"]
     world["light_count"], world["lamp_count"] = len(lights), len(lamps)
-    world["features"] |= light_features(lights, len(lamps))
-    return {"lights": lights, "light_tree": light_tree, "world_map": cells, "world": world}
+    world["features"] |= light_features(lights, len(lamps)) | link_features(scene)
+    world["receiver_sets"], world["sphere_links"] = shares.shape[1], len(scene.instance_sets)
+    world["lamp_links"] = len(scene.instance_sets) + len(scene.sphere_sets)
+    return {"lights": lights, "light_tree": light_tree, "world_map": cells, "world": world,
+            "links": link_records(scene, kept), "lit_shares": lit_shares(shares)}
 
 
 def make_camera(scene: Scene) -> np.ndarray:

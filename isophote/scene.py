@@ -67,6 +67,10 @@ FIELDS: dict[str, Field] = {
     "instance_matte": Field("u4", ("I", 2), "Cryptomatte ids of its object and asset: bits of float32, 0: none",
                             zeros=True),
     "instance_group": Field("u4", ("I",), "light group of what it emits, 0: none, 1: the first", zeros=True),
+    "instance_sets": Field("u4", ("I", 2), "sets of receivers and of blockers of light that it is in, below 64",
+                           zeros=True),
+    "instance_unlinked": Field("u8", ("I", 2), "masks of the sets of receivers that it does not light, and of blockers "
+                                               "that do not stop its light", zeros=True),
     "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h)"),
     "slot_materials": Field("u4", ("Q",), "material of each slot"),
     "sphere_center": Field("f8", ("S", 3), "relative to origin"),
@@ -75,6 +79,8 @@ FIELDS: dict[str, Field] = {
     "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
     "sphere_group": Field("u4", ("S",), "light group", zeros=True),
     "sphere_matte": Field("u4", ("S", 2), "as instance_matte", zeros=True),
+    "sphere_sets": Field("u4", ("S", 2), "as instance_sets", zeros=True),
+    "sphere_unlinked": Field("u8", ("S", 2), "as instance_unlinked", zeros=True),
     "sphere_index": Field("f4", ("S",), "pass index of the object", zeros=True),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
     "material_index": Field("f4", ("P",), "pass index of the material", zeros=True),
@@ -114,6 +120,7 @@ FIELDS: dict[str, Field] = {
                                         "(kernels/scene_records.h)"),
     "light_material": Field("u4", ("L",), "one more than the number of the material whose emission multiplies its "
                                           "strength; 0: none", zeros=True),
+    "light_unlinked": Field("u8", ("L", 2), "as instance_unlinked", zeros=True),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
     "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),

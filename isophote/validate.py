@@ -18,6 +18,7 @@ from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import operations
 
+LINK_SETS = 64  # of receivers and of blockers of light: bits of a mask
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
 
 
@@ -216,6 +217,8 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
     inside("worlds", "world_material", len(a["material_first"]) - 1, "material")
+    inside("instances", "instance_sets", LINK_SETS, "set of linked objects")
+    inside("spheres", "sphere_sets", LINK_SETS, "set of linked objects")
     inside("lights", "light_material", len(a["material_first"]), "material")
     if problems:
         return problems

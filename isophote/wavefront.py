@@ -31,10 +31,11 @@ BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bo
 
 def path_columns(planes: Planes, features: int) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
-    walks = features & numbers()["FEATURE_SUBSURFACE"]
+    walks, linked = (bool(features & numbers()[name]) for name in ("FEATURE_SUBSURFACE", "FEATURE_LINKING"))
     medium = {"reals": COLUMNS["reals"] + MEDIUM_COLUMNS} if walks else {}
-    cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if planes.clamps else {}
-    return COLUMNS | medium | cut | {"columns": max(planes.columns, 1)}
+    cut = {"results": COLUMNS["results"] + 2} if planes.clamps else {}
+    light = {"light_reals": COLUMNS["light_reals"] + planes.clamps + linked}
+    return COLUMNS | medium | cut | light | {"columns": max(planes.columns + linked, 1)}
 
 
 def shade_group(device, cl) -> int:

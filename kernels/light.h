@@ -262,8 +262,8 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   return r;
 }
 
-/* A shadow ray that goes to the world skips this primitive of no instance, one that goes to a computed lamp this plus
- * the lamp's number. */
+/* A shadow ray that goes to the world skips this primitive of no instance, one that goes to a computed lamp, or where
+ * lights are linked to any, this plus the lamp's number. */
 #define TO_WORLD 0u
 #define TO_LAMP 1u
 FN int is_to_world(Ray ray) { return (ray.skip_instance == NONE) & (ray.skip_primitive == TO_WORLD); }
@@ -291,6 +291,14 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
   }
   r.pdf = r.pdf * walk.chance;
   if (features & FEATURE_LIGHT_LIMITS) r.pdf = is_beyond(s.lights[light], bounces) ? REAL(0.0) : r.pdf;
+  return r;
+}
+
+/* The sample of a light as a receiver of a set has it, in scenes with FEATURE_LINKING. */
+FN LightSample link_sample(Scene s, LightSample r, uint light, uint set) {
+  uint link = link_of_light(s, light);
+  r.pdf = is_in_mask(s.links[link].unlit, set) ? REAL(0.0) : r.pdf;
+  r.primitive = s.lights[light].kind < LIGHT_TRIANGLE ? TO_LAMP + light : r.primitive;
   return r;
 }
 

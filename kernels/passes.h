@@ -144,6 +144,15 @@ FN uint object_light_group(Scene s, Hit h) {
 FN uint drawn_light_group(Scene s, LightWalk walk) { return LIGHT_GROUP(s.lights[walk.at & ~CLUSTER_LIGHT].flags); }
 FN uint drawn_group_column(Params params) { return pass_columns(film_groups(params)) + uint_of(params.named_planes); }
 
+/* The set of the object at a path's last vertex, where lights are linked: in the column behind that. */
+FN uint link_column(Params params) {
+  return drawn_group_column(params) + (has_any(film_groups(params), GROUPS_LIGHT_GROUPS) ? 1u : 0u);
+}
+FN uint last_set(Scene s, Params params, GLOBAL const real *columns, uint stride, uint slot) {
+  if (!(SCENE_FEATURES & s.world[0].features & FEATURE_LINKING)) return NONE;
+  return uint_of(columns[link_column(params) * stride + slot]);
+}
+
 /* Where light comes from: a group, of what the camera sees itself, or one of these; and above eight bits its light
  * group, which of drawn light is in the path's column. */
 #define FROM_PATH 32u
@@ -355,8 +364,16 @@ FN void show_guides(GLOBAL real *columns, uint stride, uint groups, Scene s, Mat
   }
 }
 
+/* Whether nothing of a surface is left to be seen. */
+FN int is_held_out(Scene s, Material m, const real *r) {
+  if (!IS_USED(OP_HOLDOUT) || !(m.flags & MATERIAL_HOLDS_OUT)) return 0;
+  real3 share = held_share(s, m, r);
+  return (share.x == REAL(1.0)) & (share.y == REAL(1.0)) & (share.z == REAL(1.0));
+}
+
 FN void show_surface(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
   if (is_inside(p)) return; /* has shown where it went below */
+  if ((p.status & PATH_FROM_CAMERA) && is_held_out(s, m, r)) return;
   if (has_any(groups, GROUPS_SEEN) && path_bounce(p) == 0) show_seen(columns, stride, groups, s, m, at, p, h, r);
   if (has_any(groups, GROUPS_DENOISING)) show_guides(columns, stride, groups, s, m, at, p, h, r);
 }

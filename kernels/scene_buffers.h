@@ -31,6 +31,8 @@
   X(uint, texels, "of the images, in words of four bytes")                                      \
   X(Light, lights, "lamps, then emissive triangles")                                           \
   X(LightCluster, light_tree, "pairs of clusters: picks a light")                              \
+  X(Link, links, "of instances, spheres and lamps; empty where nothing is linked")             \
+  X(ushort, lit_shares, "of each cluster of light_tree and set of receivers: what part of its intensity lights them")  \
   X(float, world_map, "cumulated chances of its rows, then of the columns of each; empty where it is not drawn") \
   X(float, filter_table, "inverse CDFs of the pixel filter of width 1 and of the shutter")                 \
   X(float, albedo_tables, "directional albedos of microfacet closures (bsdf/albedo.h)")

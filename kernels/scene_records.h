@@ -43,6 +43,7 @@
 #define FEATURE_PANORAMA 1048576u /* a camera that is neither perspective nor orthographic */
 #define FEATURE_CAMERA_MOTION 2097152u /* the camera moves while its shutter is open */
 #define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
+#define FEATURE_LINKING 134217728u /* some light does not light, or is not stopped by, all objects */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -138,6 +139,8 @@ typedef struct {
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
   uint mattes; /* where ids for Cryptomatte begin in it, of objects and assets in turn; NONE: there are none */
   uint sphere_mattes, material_mattes; /* how many instances there are before spheres; where those of materials begin */
+  uint sphere_links, lamp_links; /* where those of spheres and of lamps begin in links */
+  uint receiver_sets; /* that lit_shares tells apart */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
@@ -285,6 +288,12 @@ typedef struct {
                            * of half the spread, and what makes up for it, 0 where there is none */
   uint trail;            /* bit d: which cluster of a pair it lies in, d steps below the light tree's root */
 } Light;
+
+/* What links an object or a lamp to others (light_linking.h). */
+typedef struct {
+  uint receiver, blocker;            /* sets that an object is in */
+  uint unlit[2], unblocked[2];       /* masks of sets of receivers that it does not light, of blockers that do not stop it */
+} Link;
 
 /* A cluster of the light tree (light_tree.h). Those at 2 k and 2 k + 1 are pair k; pair 0 is the root's. */
 #define CLUSTER_LIGHT 0x80000000u /* in child: a light's number follows, else that of a pair */

@@ -25,7 +25,7 @@ FN Connection shine(Scene s, Params params, Connection c, uint features, real *r
   Ray ray = c.ray;
   ray.kind = 0u; /* to the program no ray has come: as in Cycles, which tells it PATH_RAY_EMISSION alone */
   int is_world = is_to_world(ray);
-  if ((features & FEATURE_LAMP_PROGRAMS) && is_to_lamp(ray)) {
+  if ((features & FEATURE_LAMP_PROGRAMS) && is_to_lamp(ray) && is_computed_lamp(s.lights[ray.skip_primitive - TO_LAMP])) {
     Light l = s.lights[ray.skip_primitive - TO_LAMP];
     real t = hit_lamp(l, ray, FAR_AWAY, 1, 0u, features).t;
     c.brought.light = c.brought.light * lamp_emission(s, l, ray, t, c.bounces + 1u, c.passed, r);

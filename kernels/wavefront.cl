@@ -55,6 +55,7 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   light_reals[8u * stride + i] = c.brought.light.y;
   light_reals[9u * stride + i] = c.brought.light.z;
   if (CLAMPS) light_reals[10u * stride + i] = c.brought.cut;
+  if (SCENE_FEATURES & FEATURE_LINKING) light_reals[(CLAMPS ? 11u : 10u) * stride + i] = c.alone;
   light_uints[i] = c.ray.skip_instance;
   light_uints[stride + i] = c.ray.skip_primitive;
   light_uints[2u * stride + i] = c.passed | c.bounces << 8; /* without those of transmission: the others tell */
@@ -68,6 +69,7 @@ FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
   c.brought.light =
       make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
   c.brought.cut = CLAMPS ? light_reals[10u * stride + i] : REAL(0.0);
+  c.alone = SCENE_FEATURES & FEATURE_LINKING ? light_reals[(CLAMPS ? 11u : 10u) * stride + i] : REAL(1.0);
   c.passed = light_uints[2u * stride + i] & 255u;
   uint bounces = light_uints[2u * stride + i] >> 8, all = bounces & 255u;
   c.bounces = bounces | (all - (bounces >> 8 & 255u) - (bounces >> 16)) << 24;
@@ -205,8 +207,8 @@ typedef struct {
 } Shaded;
 
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
-  add_result(results, columns, stride, p.slot, params, see_world(s, params, p, r), seen_from(p, GROUP_environment, s.world[0].light_group));
-  results[3u * stride + p.slot] -= lost_alpha(params, p);
+  add_result(results, columns, stride, p.slot, params, see_world(s, params, p, last_set(s, params, columns, stride, p.slot), r), seen_from(p, GROUP_environment, s.world[0].light_group));
+  results[3u * stride + p.slot] -= lost_alpha(params.film_transparent, p);
 }
 
 FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, uint stride) {
@@ -220,7 +222,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
       if (!(s.lights[l].size_u > 0.0f)) continue;
       LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
       if (seen.hit)
-        add_result(results, columns, stride, p.slot, params, see_lamp(s, params, s.lights[l], p, seen, registers),
+        add_result(results, columns, stride, p.slot, params,
+                   see_lamp(s, params, l, p, last_set(s, params, columns, stride, p.slot), seen, registers),
                    seen_from(p, GROUP_emission, LIGHT_GROUP(s.lights[l].flags)));
     }
   }
@@ -247,11 +250,12 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   }
   uint groups = film_groups(params);
   if (m.flags & MATERIAL_EMITS)
-    add_result(results, columns, stride, p.slot, params, see_emission(s, params, m, p, h, registers),
+    add_result(results, columns, stride, p.slot, params,
+               see_emission(s, params, m, p, last_set(s, params, columns, stride, p.slot), h, registers),
                seen_from(p, GROUP_emission, has_any(groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u));
   if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
-    results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
+    results[3u * stride + p.slot] -= held_alpha(s, m, p, registers);
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h, registers);
@@ -295,10 +299,12 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
     LightWalk walk = start_walk(u.x);
     Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+    if (SCENE_FEATURES & FEATURE_LINKING) receiver.set = receiver_set(s, h);
     for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
     if (has_any(groups, GROUPS_LIGHT_GROUPS))
       columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
     light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
+    if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
   }
 
   /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
@@ -320,12 +326,15 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   if (lit) {
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
     r.connection = connect_light(params, at, light, of_light.value, p);
+    if (SCENE_FEATURES & FEATURE_LINKING) r.connection.alone = weight_alone(light, of_light.value);
     r.connected = !is_dark(r.connection.brought.light);
   }
   Scattered on = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, next.value,
                               sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
   r.path = on.path;
   r.alive = on.alive;
+  if ((SCENE_FEATURES & FEATURE_LINKING) && !(sample.label & LABEL_TRANSPARENT))
+    columns[link_column(params) * stride + p.slot] = real_of(receiver_set(s, h));
   if ((SCENE_FEATURES & FEATURE_SUBSURFACE) && is_inside(on.path)) {
     Entrance e = make_entrance(closure_of(chosen, registers), at.ns);
     r.path = with_throughput(on.path, path_throughput(on.path) * e.weight);
@@ -409,7 +418,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PA
       if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
         real registers[REGISTERS];
         Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
-        add_result(results, columns, stride, i, params, behind_shadow(c.brought, d), FROM_LIGHT);
+        add_result(results, columns, stride, i, params, behind_shadow(c.brought, d, c.alone), FROM_LIGHT);
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);
         continue;

@@ -53,6 +53,7 @@ struct Batch {
   /* connections */
   alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
   alignas(64) real connection_cut[CAPACITY]; /* where light is clamped */
+  alignas(64) real alone[CAPACITY]; /* Connection.alone */
   /* where light is told apart by closures: the BSDF without the closure under way, and parts of it (Shares) */
   alignas(64) real before_r[CAPACITY], before_g[CAPACITY], before_b[CAPACITY];
   alignas(64) real diffuse_r[CAPACITY], diffuse_g[CAPACITY], diffuse_b[CAPACITY];

@@ -33,7 +33,7 @@ static void shade_lamps(Batch &__restrict b, Scene s, Params params) {
       seen.pdf = b.light_pdf[i];
       seen.t = b.distance[i];
       Path p = path_at(columns, i);
-      add_light(b, params, i, see_lamp(s, params, lamp, p, seen, b.shadow_registers.data()),
+      add_light(b, params, i, see_lamp(s, params, l, p, last_set_of(b, s, params, p), seen, b.shadow_registers.data()),
                 seen_from(p, GROUP_emission, LIGHT_GROUP(lamp.flags)));
     }
   }
@@ -45,7 +45,8 @@ FN void store_walk(Batch &__restrict b, uint i, LightWalk w) {
   b.walk_u[i] = w.u;
 }
 
-/* All paths of the group go down the light tree together, a step a loop. */
+/* All paths of the group go down the light tree together, a step a loop. LINKED: lights do not light all objects. */
+template <bool LINKED>
 static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
@@ -58,6 +59,7 @@ static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
     FOR_PATHS(i, g.first, g.end) {
       Surface at = load_surface(b, i, g.material);
       Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+      if (LINKED) receiver.set = receiver_set(s, load_hit(b, i));
       store_walk(b, i, step_walk(s, load_walk(b, i), receiver));
     }
   }
@@ -82,6 +84,28 @@ static void draw_lights(Batch &__restrict b, Scene s, Group g) {
     b.light_hidden[i] = l.hidden;
     b.light_instance[i] = l.instance;
     b.light_primitive[i] = l.primitive;
+  }
+}
+
+/* The lights drawn as objects have them that are linked to some. */
+static void link_samples(Batch &__restrict b, Scene s, Group g) {
+  for (uint i = g.first; i < g.end; i++) {
+    LightSample l;
+    l.pdf = b.light_pdf[i];
+    l.primitive = b.light_primitive[i];
+    l = link_sample(s, l, b.walk_at[i] & ~CLUSTER_LIGHT, receiver_set(s, load_hit(b, i)));
+    b.light_pdf[i] = l.pdf;
+    b.light_primitive[i] = l.primitive;
+  }
+}
+
+/* Connection.alone, once the BSDF is known towards them. */
+static void find_weights_alone(Batch &__restrict b, Group g) {
+  for (uint i = g.first; i < g.end; i++) {
+    LightSample l;
+    l.pdf = b.light_pdf[i];
+    l.can_be_hit = b.can_be_hit[i];
+    b.alone[i] = weight_alone(l, make_value(zero3(), b.pdf[i]));
   }
 }
 

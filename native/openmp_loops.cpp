@@ -273,7 +273,7 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     FlushGuard guard;
     auto batch = std::make_unique<Batch>();
     make_registers(*batch, s);
-    batch->slot_columns.resize(size_t(drawn_group_column(cut.params) + 1) * CAPACITY);
+    batch->slot_columns.resize(size_t(link_column(cut.params) + 1) * CAPACITY);
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
     std::unique_ptr<Walkers> walkers;

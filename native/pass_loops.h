@@ -90,6 +90,16 @@ static void note_drawn_groups(Batch &__restrict b, Scene s, Params params, Group
     groups[path_at(columns, i).slot] = real_of(drawn_light_group(s, load_walk(b, i)));
 }
 
+/* last_set, and where paths that are scattered get it. */
+FN uint last_set_of(const Batch &b, Scene s, Params params, Path p) {
+  return last_set(s, params, b.slot_columns.data(), CAPACITY, p.slot);
+}
+static void note_sets(Batch &__restrict b, Scene s, Params params, Group g) {
+  real *sets = b.slot_columns.data() + link_column(params) * CAPACITY;
+  for (uint i = g.first; i < g.end; i++)
+    if (!(b.label[i] & LABEL_TRANSPARENT)) sets[path_at(b.columns(), i).slot] = real_of(receiver_set(s, load_hit(b, i)));
+}
+
 /* Of the light that comes to paths' first vertices. */
 static void note_light_shares(Batch &__restrict b, Params params, Group g) {
   Columns columns = b.columns();

@@ -23,8 +23,8 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
-    b.alpha[p.slot] -= lost_alpha(params, p);
+    add_light(b, params, i, see_world(s, params, p, last_set_of(b, s, params, p), registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
+    b.alpha[p.slot] -= lost_alpha(params.film_transparent, p);
     b.alive[i] = 0;
   }
 }
@@ -44,7 +44,8 @@ static void shade_emission(Batch &__restrict b, Scene s, Params params, Material
     Path p = path_at(columns, i);
     Hit h = load_hit(b, i);
     uint light_group = has_any(params.groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u;
-    add_light(b, params, i, see_emission(s, params, m, p, h, registers_at(b, i)), seen_from(p, GROUP_emission, light_group));
+    Brought seen = see_emission(s, params, m, p, last_set_of(b, s, params, p), h, registers_at(b, i));
+    add_light(b, params, i, seen, seen_from(p, GROUP_emission, light_group));
   }
 }
 
@@ -308,11 +309,11 @@ static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
   }
 }
 
-static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
+static void shade_holdouts(Batch &__restrict b, Scene s, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    b.alpha[p.slot] -= held_alpha(s, params, m, p, registers_at(b, i));
+    b.alpha[p.slot] -= held_alpha(s, m, p, registers_at(b, i));
   }
 }
 
@@ -325,7 +326,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
   if (has_group(params.groups, GROUP_ambient_occlusion)) show_occlusions(b, s, params, m, g);
-  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
+  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, m, g);
   if (g.meeting == LAST) {
     pass_last(b, params, m, g);
     return;
@@ -334,9 +335,9 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   bool split = has_any(params.groups, GROUPS_SPLIT) && any_begins(b, g);
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
-    choose_lights(b, s, m, g);
-    if (has_any(params.groups, GROUPS_LIGHT_GROUPS)) note_drawn_groups(b, s, params, g);
     uint features = s.world[0].features;
+    features & FEATURE_LINKING ? choose_lights<true>(b, s, m, g) : choose_lights<false>(b, s, m, g);
+    if (has_any(params.groups, GROUPS_LIGHT_GROUPS)) note_drawn_groups(b, s, params, g);
     constexpr uint LAMPS = FEATURE_LAMPS | FEATURE_SHINES, WORLD = LAMPS | FEATURE_WORLD_LIGHT;
     constexpr uint SUN = WORLD | FEATURE_WORLD_SUN;
     bool rare = features & RARE;
@@ -346,8 +347,10 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     else if (features & FEATURE_SHINES) draw_lights<LAMPS>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
+    if (features & FEATURE_LINKING) link_samples(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
     if (split) note_light_shares(b, params, g);
+    if (features & FEATURE_LINKING) find_weights_alone(b, g);
     if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
     else connect_lights<false>(b, params, g);
     if (features & FEATURE_SHINES) shine_lights(b, s, params, g);
@@ -356,6 +359,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   sample_closures(b, s, m, g);
   evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz, false, split);
   if (split) note_path_shares(b, params, g);
+  if (s.world[0].features & FEATURE_LINKING) note_sets(b, s, params, g);
   scatter_paths(b, params, m, g);
 }
 

@@ -68,7 +68,8 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
   }
   trace_shadows(b, s, params, count, features);
   for (uint i = 0; i < count; i++) {
-    add_light(b, params, b.key[i], behind_shadow(load_brought(b, params, b.key[i]), b.shadows[i]), FROM_LIGHT);
+    uint at = b.key[i];
+    add_light(b, params, at, behind_shadow(load_brought(b, params, at), b.shadows[i], b.alone[at]), FROM_LIGHT);
     b.limits[LIMITS - 1] += uint64_t(b.shadows[i].limited);
   }
 }

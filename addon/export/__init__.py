@@ -74,6 +74,9 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         arrays["world_sun"] = world.sun
     arrays |= meshes.join() | join_lights(gatherer.lamps, gatherer.add_program)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
+    for group, linked in (("instance", gatherer.instances), ("sphere", gatherer.spheres)):
+        arrays |= gatherer.linking.arrays(group, [each[-1] for each in linked])
+    arrays |= gatherer.linking.arrays("light", [lamp.link for lamp in gatherer.lamps])
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     arrays |= {"material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),
                "world_group": gatherer.light_groups.of(scene.world),
@@ -99,7 +102,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
     if not gatherer.instances:
         return {}
-    numbers, meshes, slots, visibility, _, indices, groups = zip(*gatherer.instances, strict=True)
+    numbers, meshes, slots, visibility, _, indices, groups, _ = zip(*gatherer.instances, strict=True)
     matrices = gatherer.matrices[list(numbers), :3]
     matrices[:, :, 3] -= gatherer.origin
     return {
@@ -116,7 +119,7 @@ def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
 def join_spheres(spheres: list[tuple]) -> dict[str, np.ndarray]:
     if not spheres:
         return {}
-    centres, radii, materials, visibility, _, indices, groups = zip(*spheres, strict=True)
+    centres, radii, materials, visibility, _, indices, groups, _ = zip(*spheres, strict=True)
     return {
         "sphere_center": np.stack(centres),
         "sphere_radius": np.array(radii, np.float64),

@@ -17,13 +17,11 @@ from .changes import Meshes
 from .instance_values import KINDS, instance_values, property_value
 from .light import Lamp, export_light
 from .light_groups import LightGroups
+from .light_linking import LightLinking
 from .lookups import Lookups
-from .material import material_program
+from .material import held_out_program, material_program
 from .mattes import NO_MATERIAL, Mattes
-
-RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
-        ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
-RAY_CAMERA = 1
+from .visibility import Appearance, appearances, visibility_of
 
 # Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
 WITH_MESH = {"MESH", "META"}
@@ -47,16 +45,18 @@ class Gatherer:
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
         self.mattes = Mattes(self.view_layer)
+        self.linking = LightLinking(notes)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
         self.slots: list[int] = []
-        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index, group)
-        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group)
-        self._material_of: dict = {}
+        # (number of its matrix, mesh, first slot, visibility, name, index, group, number in `linking`)
+        self.instances: list[tuple] = []
+        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group, the same number)
+        self._material_of: dict[tuple, int] = {}
         self._slots_of: dict[tuple, int] = {}
-        self._looks: dict[tuple, tuple] = {}  # what instances of one object share: the end of their tuple
+        self._looks: dict[tuple, list[tuple]] = {}  # what instances of one object share: the end of each one's tuples
         self.matrices = np.zeros((0, 4, 4))
 
     def gather(self) -> None:
@@ -73,7 +73,7 @@ class Gatherer:
             key = look_key(instance, ob)
             if key in self._looks:
                 if instance.show_self:
-                    self.instances.append((number, *self._looks[key]))
+                    self.instances += [(number, *look) for look in self._looks[key]]
                 continue
             self.note_extras(instance, ob)
             if not instance.show_self:
@@ -97,31 +97,34 @@ class Gatherer:
         return property_value((self.view_layer, scene, scene.world), name)
 
     def add_lamp(self, number: int, instance, ob) -> None:
-        visibility = self.visibility(instance, ob)
+        visibility = visibility_of(instance, ob, self.depsgraph.view_layer)
+
         def known(kind, name):
             return KINDS[kind](instance, name, self.depsgraph)
 
         lamp = export_light(ob, self.matrices[number], self.origin, visibility, self.notes, self.lookups, known)
         if lamp is not None:
             lamp.flags |= self.light_groups.of(ob) << numbers()["LIGHT_GROUP_SHIFT"]
+            lamp.link = self.linking.of(instance, ob)
             self.lamps.append(lamp)
 
     def add_object(self, number: int, instance, ob, key: tuple) -> None:
-        visibility = self.visibility(instance, ob)
-        if visibility == 0:
+        parts = appearances(instance, ob, self.depsgraph.view_layer)
+        if not parts:
             return
         self.mattes.meet(ob)
+        shared = ob.name, ob.pass_index, self.light_groups.of(ob), self.linking.of(instance, ob)
         if is_sphere(ob):
-            self.add_sphere(self.matrices[number], ob, visibility)
+            self.add_sphere(self.matrices[number], ob, parts, shared)
             return
         mesh = self.meshes.number_of(ob, self.attributes_of(ob))
         if mesh is None:
             return
-        slots = self.slots_of(ob, self.meshes.needed[mesh])
-        self._looks[key] = mesh, slots, visibility, ob.name, ob.pass_index, self.light_groups.of(ob)
-        self.instances.append((number, *self._looks[key]))
+        self._looks[key] = [(mesh, self.slots_of(ob, self.meshes.needed[mesh], part.held_out), part.visibility, *shared)
+                            for part in parts]
+        self.instances += [(number, *look) for look in self._looks[key]]
 
-    def add_sphere(self, matrix: np.ndarray, ob, visibility: int) -> None:
+    def add_sphere(self, matrix: np.ndarray, ob, parts: list[Appearance], shared: tuple) -> None:
         """An analytic sphere around the centre of the bounding box, half the longest world side in radius."""
         box = np.array([corner[:] for corner in ob.bound_box], dtype=np.float64)
         low, high = box.min(axis=0), box.max(axis=0)
@@ -129,13 +132,13 @@ class Gatherer:
         if sides.max() - sides.min() > 1e-3 * sides.max():
             self.notes.add("object", ob.name, "rendered as a sphere, but its sides differ: the longest counts")
         centre = (matrix[:3, :3] * (0.5 * (low + high))).sum(axis=1) + matrix[:3, 3] - self.origin
-        material = self.slot_list(ob)[0]
-        look = material, visibility, ob.name, ob.pass_index, self.light_groups.of(ob)
-        self.spheres.append((centre, 0.5 * sides.max(), *look))
+        for part in parts:
+            material = self.slot_list(ob, part.held_out)[0]
+            self.spheres.append((centre, 0.5 * sides.max(), material, part.visibility, *shared))
 
-    def slots_of(self, ob, needed: int) -> int:
+    def slots_of(self, ob, needed: int, held_out: bool) -> int:
         """First entry in slot_materials of an object's slots; equal lists are kept once."""
-        slots = self.slot_list(ob)
+        slots = self.slot_list(ob, held_out)
         # Faces with a higher slot than the object has take the last one, as in Cycles.
         slots = tuple(slots[: max(needed, 1)]) + (slots[-1],) * (needed - len(slots))
         if slots not in self._slots_of:
@@ -143,16 +146,18 @@ class Gatherer:
             self.slots += slots
         return self._slots_of[slots]
 
-    def slot_list(self, ob) -> list[int]:
+    def slot_list(self, ob, held_out: bool = False) -> list[int]:
+        materials = [slot.material for slot in ob.material_slots] or [None]
         if self.override is not None:
-            return [self.material_of(self.override)]
-        return [self.material_of(slot.material) for slot in ob.material_slots] or [self.material_of(None)]
+            materials = [self.override]
+        return [self.material_of(material, held_out) for material in materials]
 
-    def material_of(self, material) -> int:
-        key = None if material is None else material.original.as_pointer()
+    def material_of(self, material, held_out: bool = False) -> int:
+        key = None if material is None else material.original.as_pointer(), held_out
         if key not in self._material_of:
+            make = held_out_program if held_out else material_program
             self._material_of[key] = len(self.programs)
-            self.programs.append(material_program(material, self.notes, self.lookups, self.aovs))
+            self.programs.append(make(material, self.notes, self.lookups, self.aovs))
             self.material_names.append(NO_MATERIAL if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
         return self._material_of[key]
@@ -174,28 +179,10 @@ class Gatherer:
         wanted |= {self.uv} if self.uv is not None else set()
         return [key for key, number in self.lookups.attributes.items() if number in wanted]
 
-    def visibility(self, instance, ob) -> int:
-        """RAY_ bits: the object's, and for an instance its instancer's too."""
-        mask = sum(bit for name, bit in RAYS if getattr(ob, name))
-        top = instance.parent if instance.is_instance else ob
-        if top is None:
-            return mask
-        if instance.is_instance:
-            mask &= sum(bit for name, bit in RAYS if getattr(top, name))
-        if top.original.indirect_only_get(view_layer=self.depsgraph.view_layer):
-            mask &= ~RAY_CAMERA
-        return mask
-
     def note_extras(self, instance, ob) -> None:
         """What an object has besides its surface and that is left out."""
         if ob.is_shadow_catcher and ob.type != "LIGHT":
             self.notes.add("object", ob.name, "shadow catchers are not supported: rendered as a usual object")
-        in_holdout = not instance.is_instance and ob.original.holdout_get(view_layer=self.depsgraph.view_layer)
-        if ob.is_holdout or in_holdout:
-            self.notes.add("object", ob.name, "holdouts are not supported: rendered as a usual object")
-        linking = getattr(ob, "light_linking", None)
-        if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-            self.notes.add("object", ob.name, "light linking is not supported: left out")
         if instance.show_particles:
             for system in ob.particle_systems:
                 if system.settings.type == "HAIR" and system.settings.render_type == "PATH":

@@ -43,6 +43,7 @@ class Lamp:
     flags: int
     visibility: int
     program: MaterialProgram | None
+    link: int = 0  # its number in LightLinking
 
 
 def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, notes, lookups: Lookups,

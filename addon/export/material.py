@@ -41,15 +41,34 @@ TOO_LARGE = (1.0, 0.0, 1.0)  # radiance of a material that could not be compiled
 
 def material_program(material, notes, lookups: Lookups, aovs: tuple[str, ...] = ()) -> MaterialProgram:
     """The program of a bpy Material, or of None, with what it has for AOVs (aovs.aovs_of)."""
+    return program_of(material, notes, lookups, aovs, lambda closures: closures)
+
+
+def held_out_program(material, notes, lookups: Lookups, aovs: tuple[str, ...] = ()) -> MaterialProgram:
+    """The same as a hole: all that is not transparent of it is a holdout."""
+    return program_of(material, notes, lookups, aovs, held_out)
+
+
+def held_out(closures: list[Closure]) -> list[Closure]:
+    """As Cycles, surface_shader_apply_holdout."""
+    passing = [closure for closure in closures if closure.operation == "transparent"]
+    share = as_triple(1.0)
+    for closure in passing:
+        share = each(lambda rest, passed: rest - passed, share, closure.weight)
+    return [*passing, Closure("holdout", share)]
+
+
+def program_of(material, notes, lookups: Lookups, aovs: tuple[str, ...], changed) -> MaterialProgram:
+    """`changed` makes the closures that count of those that the nodes have."""
     if material is None:
-        return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))]))
+        return make_material(arrange(changed([Closure("diffuse", np.full(3, DEFAULT_GREY))])))
     values = Values("material", material.name, notes, lookups)
     values.material_index = material.pass_index
     if not compat.uses_nodes(material):
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
-        return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))]))
+        return make_material(arrange(changed([Closure("diffuse", np.array(material.diffuse_color[:3]))])))
     try:
-        closures = arrange(surface_closures(material, values))
+        closures = arrange(changed(surface_closures(material, values)))
         return make_material(closures, shown_values(material, values, aovs))
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")

@@ -174,8 +174,8 @@ def test_render_without_camera_fails_visibly(host):
                                               ("/proc/no/frame_##", "cannot save")], ids=["camera", "output"])
 def test_errors_end_the_program_with_1(host, job, output, said):
     """As Blender does where a render reports an error or cannot be saved; an animation stops at the frame."""
-    camera = [] if "proc" in output else ["--python", str(TURNING_CUBE.with_name("cube_for_camera.py"))]
-    done = host.run(*camera, "-E", "ISOPHOTE", "-o", str(host.folder / output), "-F", "PNG", *job, "--",
+    script = TURNING_CUBE if "proc" in output else TURNING_CUBE.with_name("cube_for_camera.py")
+    done = host.run("--python", str(script), "-E", "ISOPHOTE", "-o", str(host.folder / output), "-F", "PNG", *job, "--",
                     str(host.folder))
     assert done.returncode == 1 and said in done.stdout, done.stdout
     assert len(list(host.folder.glob("frame_*.png"))) <= 1

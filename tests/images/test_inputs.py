@@ -1,12 +1,9 @@
 """Input nodes, normals and Light Path against Cycles: make_inputs.py and make_normals.py, patch by patch."""
 
-import os
-
 import numpy as np
 import pytest
 
 from bench.cycles_compare import render_both
-from bench.cycles_process import find_python
 from tests.images.patches import make_blends
 
 PATCH = 32  # pixels
@@ -18,9 +15,6 @@ POINTWISE, SHOWN = 1e-3, ("inputs", "instances", "steps")  # difference of nine 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    if find_python() is None:
-        why = "no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS"
-        pytest.fail(why) if os.environ.get("CI") == "true" else pytest.skip(why)
     made = tmp_path_factory.mktemp("inputs")
     for script in ("make_inputs.py", "make_normals.py"):
         make_blends(script, made)
