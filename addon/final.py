@@ -22,7 +22,7 @@ from isophote.session import Progress, Session
 
 from . import kept, ledger, left_out, log, native
 from .compat import catch_interrupts, frame_border, interrupted
-from .export import export_scene, seen_from
+from .export import export_scene, middle_of_shutter, seen_from
 from .export.changes import Changes
 from .result import OpenResult, mark_failed, missing_passes, stamp, view_names
 from .settings import make_settings
@@ -68,7 +68,9 @@ def render_layer(engine, depsgraph) -> None:
     blender_scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     engine.update_stats("", "Isophote: exporting")
     started = time.perf_counter()
-    scene = export_scene(depsgraph, changes=changes)
+    frame = blender_scene.frame_current
+    with middle_of_shutter(engine, depsgraph):
+        scene = export_scene(depsgraph, changes=changes, frame=frame)
     scene.notes += missing_passes(view_layer)
     export_seconds = time.perf_counter() - started
     region = frame_border(blender_scene.render, scene.resolution)

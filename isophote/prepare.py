@@ -318,8 +318,8 @@ def inverse_cdf(x: np.ndarray, density: np.ndarray) -> np.ndarray:
 
 
 def filter_tables(scene: Scene) -> np.ndarray:
-    """Those that camera rays are drawn by: of the pixel filter, and where the camera moves of its shutter."""
-    if not len(scene.camera_poses):
+    """Those that camera rays are drawn by: of the pixel filter, and where something moves of the shutter."""
+    if not (len(scene.camera_poses) or len(scene.key_to_world) or len(scene.key_vertices)):
         return blackman_harris_table()
     return np.concatenate([blackman_harris_table(), shutter_table(scene.shutter_curve)])
 
@@ -366,6 +366,8 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,
         "FEATURE_SUBSURFACE": (materials["flags"] & n["MATERIAL_SUBSURFACE"]).any(),
+        "FEATURE_MOTION": scene.instance_keys.any() or scene.mesh_keys.any(),
+        "FEATURE_DEFORMATION": scene.mesh_keys.any(),
     }
     return sum(n[name] for name, used in uses.items() if used)
 

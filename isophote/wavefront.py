@@ -31,10 +31,12 @@ BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bo
 
 def path_columns(planes: Planes, features: int) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
-    walks = features & numbers()["FEATURE_SUBSURFACE"]
-    medium = {"reals": COLUMNS["reals"] + MEDIUM_COLUMNS} if walks else {}
-    cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if planes.clamps else {}
-    return COLUMNS | medium | cut | {"columns": max(planes.columns, 1)}
+    n, made = numbers(), COLUMNS | {"columns": max(planes.columns, 1)}
+    times, medium = bool(features & n["FEATURE_MOTION"]), bool(features & n["FEATURE_SUBSURFACE"])
+    made["reals"] += MEDIUM_COLUMNS * medium + times
+    made["light_reals"] += planes.clamps + times
+    made["results"] += 2 * planes.clamps
+    return made
 
 
 def shade_group(device, cl) -> int:
