@@ -26,7 +26,7 @@ def instance_ranks(scene: Scene) -> np.ndarray:
     finite."""
     ranks = matrix_ranks(scene.instance_to_world)
     moving = np.flatnonzero(scene.instance_keys)
-    if len(moving):
+    if len(moving) and not scene.vectors:
         with np.errstate(over="ignore", invalid="ignore"):
             large = np.linalg.det(scene.key_to_world[:, :, :3]).astype(np.float32)
         of_keys = np.where(np.isfinite(large), matrix_ranks(scene.key_to_world), 0)  # kernels invert by minors

@@ -24,7 +24,7 @@ from isophote.trees import NOTHING, THREADS, WORLD, Before, Content, Tree, make_
 # What meshes, trees and records are made of; the scene's other arrays may change and they stay.
 OF_MESHES = ("vertices", "triangles", "mesh_vertices", "mesh_triangles", "mesh_keys", "key_vertices")
 OF_TREES = (*OF_MESHES, "instance_mesh", "instance_to_world", "instance_visibility", "sphere_center", "sphere_radius",
-            "sphere_visibility", "instance_keys", "key_to_world")
+            "sphere_visibility", "instance_keys", "key_to_world", "vectors")
 INPUTS = (*OF_TREES, "triangle_slots", "normals", "mesh_normals", "instance_slots", "sphere_material", "key_normals")
 # How a mesh comes into the space of its tree, as native/triangles.h has it (struct MeshUse).
 MESH_USE = np.dtype([("instance", "<u4"), ("visibility", "<u4"), ("mirrored", "<u4"), ("unused", "<u4"),
@@ -257,7 +257,7 @@ def content_of(scene: Scene, mesh: int, members, lo=(), hi=(), reference=()) -> 
 
 def mesh_content(scene: Scene, mesh: int) -> Content:
     """Of the tree of one mesh."""
-    if not scene.mesh_keys[mesh]:
+    if not motion.deforming(scene)[mesh]:
         return content_of(scene, mesh, [mesh])
     return content_of(scene, mesh, [], *motion.shape_boxes(scene, mesh), motion.references(scene, mesh))
 

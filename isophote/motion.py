@@ -14,13 +14,13 @@ SHAPE_MARGIN = 2.0**-21  # of what lies between two shapes
 
 
 def moving(scene: Scene) -> np.ndarray:
-    """Mask (I) of instances that move."""
-    return scene.instance_keys > 0
+    """Mask (I) of instances that move while the shutter is open."""
+    return (scene.instance_keys > 0) & (scene.vectors == 0)
 
 
 def deforming(scene: Scene) -> np.ndarray:
-    """Mask (M) of meshes that deform."""
-    return scene.mesh_keys > 0
+    """Mask (M) of meshes that deform while it is."""
+    return (scene.mesh_keys > 0) & (scene.vectors == 0)
 
 
 def starts(counts: np.ndarray) -> np.ndarray:
@@ -29,8 +29,8 @@ def starts(counts: np.ndarray) -> np.ndarray:
 
 
 def motion_buffers(scene: Scene) -> dict[str, np.ndarray]:
-    """Buffers `motions`, `poses` and `shapes`; all are empty where nothing moves."""
-    if not (moving(scene).any() or deforming(scene).any()):
+    """Buffers `motions`, `poses` and `shapes`; all are empty where nothing moves, from frame to frame either."""
+    if not (scene.instance_keys.any() or scene.mesh_keys.any()):
         return {"motions": make_records("Motion", 0), "poses": make_records("Pose", 0),
                 "shapes": np.zeros((0, 3), np.float32)}
     turn, place, stretch = decomposed(scene.key_to_world)
@@ -41,7 +41,7 @@ def motion_buffers(scene: Scene) -> dict[str, np.ndarray]:
     smooth = scene.mesh_normals >= 0
     first = starts(rows) - scene.mesh_vertices[:-1]
     first_normal = len(scene.key_vertices) + starts(rows * smooth) - scene.mesh_vertices[:-1]
-    mesh, still = scene.instance_mesh, ~moving(scene)
+    mesh, still = scene.instance_mesh, scene.instance_keys == 0
     motions = make_records(
         "Motion", len(mesh), first_pose=np.where(still, 0, starts(scene.instance_keys)), poses=scene.instance_keys,
         first_shape=(first % 2**32)[mesh], shapes=scene.mesh_keys[mesh], first_normal=(first_normal % 2**32)[mesh],

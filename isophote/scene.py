@@ -69,6 +69,8 @@ FIELDS: dict[str, Field] = {
     "mesh_keys": Field("u4", ("M",), "of one that deforms: how many shapes it has, likewise; vertices are the middle "
                                      "one. 0: it stays", zeros=True),
     "key_vertices": Field("f4", ("v", 3), "vertices of the shapes, of the meshes that deform one after the other"),
+    "vectors": Field("u4", (), "1: nothing moves while the shutter is open; keys, three each, are of the frame before, "
+                               "this one and the one after, for the Vector pass, and so are the camera's poses"),
     "key_normals": Field("f4", ("n", 3), "normals of the smooth ones, likewise"),
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
     "instance_index": Field("f4", ("I",), "Blender's pass index of the object", zeros=True),

@@ -6,10 +6,11 @@
 #ifndef ISOPHOTE_MOTION_H
 #define ISOPHOTE_MOTION_H
 #include "elementary.h"
+#include "params.h"
 #include "ray.h"
 #include "sampler.h"
 
-#if SCENE_FEATURES & (FEATURE_MOTION | FEATURE_CAMERA_MOTION)
+#if (SCENE_FEATURES & (FEATURE_MOTION | FEATURE_CAMERA_MOTION)) || VECTORS_USED
 /* 0 when the shutter opens, 1 when it closes. */
 FN real shutter_time(Scene s, uint seed, uint index) {
   return sample_filter(s.filter_table + SHUTTER_TABLE, sample_pair(seed, index, PAIR_TIME).x);
@@ -53,7 +54,7 @@ FN Between between(uint count, real time) {
 }
 #endif
 
-#if SCENE_FEATURES & FEATURE_MOTION
+#if (SCENE_FEATURES & FEATURE_MOTION) || VECTORS_USED
 /* A symmetric matrix: its diagonal; xy, xz, yz. */
 typedef struct {
   real3 diagonal, mixed;

@@ -114,6 +114,8 @@ typedef struct {
   uint material, visibility;
 } Sphere;
 
+#define VECTORS_CAMERA 1u
+#define VECTORS_MOTION 2u
 typedef struct {
   packed3 radiance; /* the same from all directions; where FEATURE_WORLD is set it counts for nothing */
   packed3 origin;   /* place of the scene's origin in Blender's world: for the Position pass */
@@ -135,6 +137,7 @@ typedef struct {
   float mist_falloff;           /* exponent: 1, 2 or 0.5 */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
   uint aovs; /* AOV outputs of each material */
+  uint vectors; /* VECTORS_ of the Vector pass: what is known of the frames around; 0: nothing */
   uint light_group;   /* of the world */
   uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */

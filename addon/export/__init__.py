@@ -13,12 +13,12 @@ from .camera import camera_of, export_camera, resolution_of, view_of
 from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
 from .light import join_lights
-from .motion import middle_of_shutter, with_motion
+from .motion import follows_motion, middle_of_shutter, with_motion
 from .moving import identities
 from .notes import Notes
 from .world import export_world, mist_of
 
-__all__ = ["export_scene", "middle_of_shutter", "seen_from"]
+__all__ = ["export_scene", "follows_motion", "middle_of_shutter", "seen_from"]
 
 
 def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera=None,
@@ -91,7 +91,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
         "light_groups": list(gatherer.light_groups.names),
     }
     made = make_scene(names, notes.entries, **arrays)
-    if scene.render.use_motion_blur:
+    if follows_motion(depsgraph):
         made.identities = identities(depsgraph, [instance[0] for instance in gatherer.instances])
     return made
 

@@ -45,45 +45,58 @@ def middle_time(scene) -> float:
 
 
 def with_motion(scene: Scene, engine, depsgraph, view: str, notes: Notes) -> dict[str, np.ndarray]:
-    """The scene's arrays of the camera in the middle of the shutter's time, of its motion and of that of objects; none
-    where there is to be no motion blur.
+    """The scene's arrays of the camera in the middle of the shutter's time, of its motion and of that of objects; or of
+    the frames around, where that is for the Vector pass; none where there is to be neither.
 
     Blender's scene is as before when this returns, but evaluated anew.
     """
     blender_scene = depsgraph.scene_eval
     render = blender_scene.render
-    if not render.use_motion_blur:
+    if not follows_motion(depsgraph):
         return {}
-    note_rolling_shutter(blender_scene, notes)
-    frame, subframe, middle = blender_scene.frame_current, blender_scene.frame_subframe, middle_time(blender_scene)
-    moving = Moving(scene, notes)
+    blurs = render.use_motion_blur
+    if blurs:
+        note_rolling_shutter(blender_scene, notes)
+    length = render.motion_blur_shutter if blurs else 2.0
+    frame, subframe = blender_scene.frame_current, blender_scene.frame_subframe
+    middle = middle_time(blender_scene) if blurs else frame + subframe
+    moving = Moving(scene, notes, all_move=not blurs)
     views: dict[float, View] = {}
     try:
         set_time(engine, middle)
         moving.prepare(depsgraph)
         camera = camera_of(engine, depsgraph)
         settings, lens = getattr(camera, "cycles", None), camera.data.lens
-        times = parts_of(getattr(settings, "motion_steps", 1))
+        times = parts_of(getattr(settings, "motion_steps", 1) if blurs else 1)
         views[0.5] = view_of(engine, camera, view)
-        arrays = export_camera(blender_scene, camera, scene.resolution, Notes(), views[0.5], scene.origin)
+        arrays = {}
+        if blurs:
+            arrays = export_camera(blender_scene, camera, scene.resolution, Notes(), views[0.5], scene.origin)
         for time in sorted({*times, *moving.times()} - {0.5}):
-            set_time(engine, middle + (time - 0.5) * render.motion_blur_shutter)
+            set_time(engine, middle + (time - 0.5) * length)
             moving.look(depsgraph, time)
             camera = camera_of(engine, depsgraph)
             views[time] = view_of(engine, camera, view)
             if camera.data.lens != lens:
                 what = "a lens that changes while the shutter is open is not supported: it stays"
-                notes.add("camera", camera.name, what)
+                notes.add("camera", camera.name, what if blurs else "the Vector pass knows of no change of its lens")
         set_time(engine, middle)
         arrays |= moving.finish(depsgraph)
     finally:
         engine.frame_set(frame, subframe)
     poses = np.array([pose_of(views[time], views[0.5], scene.origin) for time in times])
+    if not blurs:
+        return arrays | {"vectors": 1, "camera_poses": poses}
     if getattr(settings, "use_motion_blur", True) and not (poses == poses[0]).all():
         arrays["camera_poses"] = poses
     if arrays.keys() & {"camera_poses", "key_to_world", "key_vertices"}:
         arrays["shutter_curve"] = shutter_curve(render)
     return arrays
+
+
+def follows_motion(depsgraph) -> bool:
+    """Whether Blender's scene is evaluated at other times, too."""
+    return depsgraph.scene_eval.render.use_motion_blur or depsgraph.view_layer_eval.use_pass_vector
 
 
 def set_time(engine, time: float) -> None:

@@ -79,10 +79,11 @@ class Shape:
 @dataclass
 class Moving:
     """Follows the instances of an exported scene through time: `prepare` at the middle of the shutter's time, `look` at
-    each other one, `finish` at the middle again."""
+    each other one, `finish` at the middle again. With `all_move` everything has three keys, whatever its settings."""
 
     scene: Scene
     notes: Notes
+    all_move: bool = False
     steps: list[int] = field(default_factory=list)  # of each instance
     places: dict[float, np.ndarray] = field(default_factory=dict)  # f8 [I, 4, 4] by time, NaN where one is missing
     spheres: dict[tuple, np.ndarray] = field(default_factory=dict)  # matrices in the middle
@@ -98,14 +99,14 @@ class Moving:
         self.steps = [0] * len(self.row_of)
         for key, instance in walk(depsgraph):
             ob, parent = instance.object, instance.parent if instance.is_instance else None
-            row, steps = self.row_of.get(key), motion_steps(ob, parent)
+            row, steps = self.row_of.get(key), 1 if self.all_move else motion_steps(ob, parent)
             if row is None:
                 if steps and is_sphere(ob):
                     self.spheres[key] = np.array(instance.matrix_world)
                 continue
             self.steps[row] = steps
             mesh = int(self.scene.instance_mesh[row])
-            if steps and mesh not in self.mesh_steps and deforms(ob, parent):
+            if steps and mesh not in self.mesh_steps and (self.all_move or deforms(ob, parent)):
                 self.users[key], self.mesh_steps[mesh] = mesh, steps
                 self.middle[mesh] = read_shape(ob).hashed()
 

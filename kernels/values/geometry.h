@@ -141,17 +141,11 @@ VALUE(to_camera_vector) { OUT3(0, turned_to_camera(s.camera[0], IN3(0))) }
 VALUE(window_point) {
   Camera c = s.camera[0];
   real3 p = IN3(0);
-  real scale = c.kind == CAMERA_PERSPECTIVE ? REAL(1.0) / p.z : REAL(1.0);
-  real2 seen = make_real2(p.x * scale, p.y * scale);
-#if SCENE_FEATURES & FEATURE_PANORAMA
-  if (is_panorama(c.kind)) {
-    seen = panorama_window(c, c.kind, unit_or(p, zero3()));
-    seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y)); /* Cycles shifts pictures only */
-  }
-#endif
-  real left = to_real(c.left), bottom = to_real(c.bottom);
-  OUT3(0, make_real3((seen.x - left) / (to_real(c.right) - left), (seen.y - bottom) / (to_real(c.top) - bottom),
-                     REAL(0.0)))
+  real2 seen = seen_by_camera(c, p, unit_or(p, zero3()));
+  /* Cycles shifts pictures only. */
+  if (is_panorama(c.kind)) seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y));
+  seen = share_of_window(c, seen);
+  OUT3(0, make_real3(seen.x, seen.y, REAL(0.0)))
 }
 
 /* 1 within half of the size of an edge of the triangle, metres; o.data: pixels, as they are seen from the side. */

@@ -214,4 +214,10 @@ def test_what_moves_blurs_as_in_cycles(host):
         limit, off = (5e-3, 1e-3) if name != "objects" else (0.03, 4e-3)  # that one has light that bounces
         assert np.quantile(np.abs(ours - theirs).max(axis=-1), 0.9) < limit, name
         np.testing.assert_allclose(ours.mean(axis=(0, 1)), theirs.mean(axis=(0, 1)), atol=off)
+    for name in ("perspective", "equirectangular"):
+        both = [read(host.folder / f"vectors_{name}_{engine}.exr") for engine in ("ISOPHOTE", "CYCLES")]
+        for channel in "XYZW":
+            ours, theirs = (next(image[key] for key in image if key.endswith(f"Vector.{channel}")) for image in both)
+            off = np.abs(ours - theirs) / (1 + np.abs(theirs))
+            assert np.quantile(off, 0.9) < 1e-3 and np.abs(theirs).max() > 1, (name, channel, np.quantile(off, 0.9))
     assert "Isophote: error" not in log

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from isophote import motion
+from isophote.passes import make_passes
 from isophote.records import numbers, records
 from isophote.validate import check
 from tests.scenes import (
@@ -214,6 +215,40 @@ def test_boxes_hold_all_of_the_way():
         assert (at >= low[:, None]).all() and (at <= high[:, None]).all()
     tight = ((high - low) / (highest - lowest)).max()
     assert tight < 1.02
+
+
+def vectors_of(b, poses, **others):
+    return make_passes(render(b.make(vectors=1, camera_poses=poses, **others), 4, passes=("vector",), filter_width=0.0),
+                       ("vector",))["Vector"]
+
+
+@pytest.mark.parametrize("way", ["instance", "mesh", "camera"])
+def test_vectors_between_frames(way):
+    """Pixels from the place in the frame before, and to the one in the frame after."""
+    b = flat_view((16, 8), 2.0)  # four pixels a metre
+    shape = quad((0, 0, 0), (1, 0, 0), (0, 3, 0))
+    moves = np.array([(-0.5, 0.25, 0), (0, 0, 0), (0.75, 0, 0)])
+    still = [(*((0, 0, 5) - (move if way == "camera" else 0 * move)), 0, 0, 0, 1) for move in moves]
+    keys = [place(move) for move in moves] if way == "instance" else None
+    shapes = [(shape[0] + move, None) for move in moves] if way == "mesh" else None
+    b.instance(b.mesh(shape, shapes=shapes), b.material(diffuse(0.5)), keys=keys)
+    made = vectors_of(b, still)
+    np.testing.assert_allclose(made[:, 4:12], np.broadcast_to((-2, 1, -3, 0), (8, 8, 4)), atol=1e-4)
+    assert not made[:, :4].any() and not made[:, 12:].any()
+
+
+def test_vectors_of_a_camera_that_turns():
+    """A perspective camera that turns by an angle each frame: the tangent of an angle that goes on."""
+    b = Builder((16, 4))
+    b.look((0, 0, 0), (0, 0, -1), 1.0, up=(0, 1, 0))
+    b.add(quad((0, 0, -3), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
+    turn = 0.1  # about y: to the left
+    poses = [(0, 0, 0, 0, np.sin(k * turn / 2), 0, np.cos(k * turn / 2)) for k in (-1, 0, 1)]
+    made = vectors_of(b, poses)
+    x = (np.arange(16) + 0.5) / 8 - 1
+    angle = np.arctan(x)
+    np.testing.assert_allclose(made[1, :, 0], 8 * (np.tan(angle - turn) - x), rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(made[1, :, 2], 8 * (x - np.tan(angle + turn)), rtol=1e-4, atol=1e-5)
 
 
 def test_what_cannot_move_is_named():

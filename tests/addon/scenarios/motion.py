@@ -63,4 +63,16 @@ for engine in ("CYCLES", "ISOPHOTE"):
     scene.render.engine = engine
     render_to(scene, f"objects_{engine}.exr")
     assert scene.frame_current == 3
+
+# The same from frame to frame, for the Vector pass.
+scene.render.use_motion_blur = False
+layer = bpy.context.view_layer
+layer.use_pass_vector = True
+exr_output(scene, multilayer=True)
+for camera_name in ("perspective", "equirectangular"):
+    scene.camera.data.type = "PERSP" if camera_name == "perspective" else "PANO"
+    for engine in ("CYCLES", "ISOPHOTE"):
+        scene.render.engine = engine
+        render_to(scene, f"vectors_{camera_name}_{engine}.exr")
+        assert scene.frame_current == 3
 report(names=names)

@@ -73,3 +73,24 @@ def moving() -> Scene:
     b.lamp(RECTANGLE, 60.0, look_at((2, -4, 6), (0, 0, 0)), (2, 1))
     poses = [(0.2 * k, -8, 3.5, 0, 0, 0.01 * k, np.sqrt(1 - 1e-4 * k * k)) for k in (-1, 0, 1)]
     return b.make(camera_poses=poses, shutter_curve=(0.3, 1.0, 0.4))
+
+
+def between_frames() -> Scene:
+    """What goes from frame to frame but stays while the shutter is open: an object, a mesh that deforms, mirrored, both
+    at once, and a panorama's place; for the Vector pass."""
+    b = Builder((24, 18))
+    b.world = (0.4, 0.5, 0.6)
+    b.camera = dict(camera_kind=numbers()["CAMERA_EQUISOLID"], camera_clip=(0.1, 100), camera_panorama=(1.5, *(0,) * 7),
+                    camera_to_world=[(0, -1, 0, 0), (1, 0, 0, -5), (0, 0, -1, 1)], camera_window=(-0.8, 0.8, -0.6, 0.6))
+    b.add(quad((0, 0, 0), (6, 0, 0), (0, 6, 0)), diffuse(0.5))
+    b.add(quad((0, 3, 0), (9, 0, 0), (0, 0, 9)), diffuse(0.6))
+    round_ = ball(rings=5)
+    swollen = [(round_[0] * (1 + 0.2 * k * np.abs(round_[0][:, 2:])), round_[0]) for k in (-1, 0, 2)]
+    for x, mesh in ((-2, None), (0, swollen), (2, swollen)):
+        shape = b.mesh(round_, normals=round_[0], shapes=mesh)
+        mirrored = keys(3, (x, 0, 0.9), 0.5, (0.3, 0, 0.1), ((-0.8, 0.7, 0.7), (-0.7, 0.8, 0.7)))
+        b.instance(shape, b.material(diffuse((0.7, 0.4, 0.2))), keys=mirrored if x else None,
+                   matrix=place((x, 0, 0.9), (-0.8, 0.7, 0.7)))
+    poses = [(0.1 * k, -5, 1, 0, 0, 0.02 * k, np.sqrt(1 - 4e-4 * k * k)) for k in (-1, 0, 1)]
+    b.lamp(RECTANGLE, 90.0, look_at((2, -4, 4), (0, 0, 0)), (3, 2))
+    return b.make(camera_poses=poses, vectors=1)
