@@ -55,21 +55,22 @@ typedef struct {
   X(4, normal, 3)                 \
   X(5, albedo, 3)                 \
   X(6, uv, 3)                     \
-  X(7, mist, 1)                   \
-  X(8, denoising_normal, 3)       \
-  X(9, denoising_albedo, 3)       \
-  X(10, denoising_depth, 1)       \
-  X(11, diffuse_color, 3)         \
-  X(12, glossy_color, 3)          \
-  X(13, transmission_color, 3)    \
-  X(14, diffuse_direct, 3)        \
-  X(15, diffuse_indirect, 3)      \
-  X(16, glossy_direct, 3)         \
-  X(17, glossy_indirect, 3)       \
-  X(18, transmission_direct, 3)   \
-  X(19, transmission_indirect, 3) \
-  X(20, emission, 3)              \
-  X(21, environment, 3)
+  X(7, vector, 5)                 \
+  X(8, mist, 1)                   \
+  X(9, denoising_normal, 3)       \
+  X(10, denoising_albedo, 3)       \
+  X(11, denoising_depth, 1)       \
+  X(12, diffuse_color, 3)         \
+  X(13, glossy_color, 3)          \
+  X(14, transmission_color, 3)    \
+  X(15, diffuse_direct, 3)        \
+  X(16, diffuse_indirect, 3)      \
+  X(17, glossy_direct, 3)         \
+  X(18, glossy_indirect, 3)       \
+  X(19, transmission_direct, 3)   \
+  X(20, transmission_indirect, 3) \
+  X(21, emission, 3)              \
+  X(22, environment, 3)
 enum {
 #define X(number, name, planes) GROUP_##name = number,
   PLANE_GROUPS(X)
@@ -78,6 +79,12 @@ enum {
 #define GROUPS_AOVS 0x80000000u
 #define GROUPS_LIGHT_GROUPS 0x40000000u
 #define GROUPS_OF_SAMPLE_0 4
+/* Whether code is compiled for films with the Vector pass: its four numbers, and how many samples there were of it. */
+#ifdef GROUPS_USED
+#define VECTORS_USED (GROUPS_USED >> 7 & 1u)
+#else
+#define VECTORS_USED 1
+#endif
 /* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
 #define PLANES_CUT 4
 enum { /* without those that are named */

@@ -121,7 +121,8 @@ def for_any_scene(prepared):
     every = sum(value for name, value in n.items() if name.startswith("FEATURE_")) & ~lights
     every |= lights if prepared.features & lights else 0
     # These say that there is an array of slots, and values that are computed of surfaces, the world and lights.
-    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "LENS", "CAMERA_MOTION")
+    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "LENS", "CAMERA_MOTION", "MOTION",
+             "DEFORMATION")
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
     closures = [number for name, (number, _) in OPERATIONS.items() if name != "emission"]
     unused = make_records("Instruction", len(closures), op=closures)
