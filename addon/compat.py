@@ -292,6 +292,7 @@ PASS_NAMES = {
     "IndexMA": "Material Index",
     "Emit": "Emission",
     "Env": "Environment",
+    "AO": "Ambient Occlusion",
 }
 
 

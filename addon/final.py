@@ -142,7 +142,9 @@ def render_session(engine, worker, session: Session, layer: str, view: str) -> E
     """Step to the end and show what comes. An error of the device is returned after what was rendered is kept."""
     x0, y0, x1, y1 = session.region
     width, height = x1 - x0, y1 - y0
-    with OpenResult(engine, width, height, layer, view, session.settings.passes, session.settings.named) as result:
+    settings = session.settings
+    with OpenResult(engine, width, height, layer, view, settings.passes, settings.named,
+                    settings.matte_levels) as result:
         failure, due, stopped = None, 0.0, False
         while not stopped:
             future = worker.submit(session.step)
@@ -159,13 +161,13 @@ def render_session(engine, worker, session: Session, layer: str, view: str) -> E
             if not stopped and now >= due:
                 if not bpy.app.background:
                     result.show(make_passes(session.film, ("combined",)))
-                report(engine, progress, session.settings.time_limit)
+                report(engine, progress, settings.time_limit)
                 cost = time.perf_counter() - now
                 due = now + cost + max(cost / SHOW_SHARE, 1.0 if bpy.app.background else 0.0)
         if session.film.samples:
-            result.show(make_passes(session.film, session.settings.passes) | make_named(session.film))
+            result.show(make_passes(session.film, settings.passes) | make_named(session.film))
     if session.film.samples and not engine.is_preview:
-        stamp(engine, log.stamp_fields(session.result(), layer, partial=bool(failure)))
+        stamp(engine, log.stamp_fields(session.result(), layer, partial=bool(failure)) | session.matte_metadata(layer))
     if failure and session.film.samples:
         message = f"{failure}; the {session.film.samples} samples that were done are kept"
         log.line(f"error: {message}")

@@ -33,6 +33,7 @@ def make_params(item: WorkItem, settings: Settings, planes: int) -> np.ndarray:
         "cut_plane": wanted.cut,
         "film_transparent": settings.film_transparent,
         "groups": wanted.mask, "named_planes": wanted.named_planes, "light_plane": wanted.light_plane,
+        "matte_rows": wanted.matte_rows,
         "listed": item.pixels is not None,
     }
     record = np.zeros(1, params_dtype())

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from isophote.cryptomatte import KINDS
 from isophote.film import Film, FilmError
+from isophote.mattes import UNITS
 from isophote.planes import INVALID, Planes, make_planes, named_width
 from isophote.records import plane_groups
 from isophote.settings import Settings
@@ -71,6 +73,22 @@ def mist(film: Film) -> np.ndarray:
     return 1.0 - mean_planes("mist")(film)
 
 
+def mattes(kind: str) -> Callable[[Film], np.ndarray]:
+    """Ids that cover most of a pixel, and how much: two pairs a pass, as many passes as levels ask for."""
+
+    def planes(film: Film) -> np.ndarray:
+        ranks = 2 * matte_passes(film.planes.levels)
+        ids, units = film.all_mattes().of[kind].ranked(film.pixels, ranks)
+        made = np.stack([ids, mean_of(film, units.T.reshape(ranks, *film.shape) / UNITS).reshape(ranks, -1).T], axis=-1)
+        return made.reshape(*film.shape, 2 * ranks)
+
+    return planes
+
+
+def matte_passes(levels: int) -> int:
+    return (levels + 1) // 2
+
+
 def invalid(film: Film) -> np.ndarray:
     """How many of the pixel's samples were NaN, infinite or too large for float32, and count as 0."""
     return film.sum(INVALID).astype(np.float32)[..., None]
@@ -84,7 +102,8 @@ def sample_count(film: Film) -> np.ndarray:
 class Pass:
     """A pass: name in settings, name in Blender and in files, channel ids, groups of planes that it is made of.
 
-    `make` gives float32 (h, w, len(channels)), rows from the bottom.
+    `make` gives float32 (h, w, len(channels)), rows from the bottom. One of mattes of a kind is several in Blender, one
+    behind the other in what `make` gives.
     """
 
     name: str
@@ -92,6 +111,12 @@ class Pass:
     channels: str
     groups: tuple[str, ...]
     make: Callable[[Film], np.ndarray]
+    matte: str = ""
+
+    def names(self, levels: int) -> list[str]:
+        """Blender's."""
+        name = self.blender_name
+        return [f"{name}{number:02d}" for number in range(matte_passes(levels))] if self.matte else [name]
 
 
 def first_sample_pass(name: str, blender_name: str, channels: str) -> Pass:
@@ -113,6 +138,10 @@ def light_passes(kind: str, short: str) -> tuple[Pass, ...]:
             mean_pass(f"{kind}_color", f"{short}Col"))
 
 
+def matte_pass(kind: str) -> Pass:
+    return Pass(f"crypto_{kind}", KINDS[kind], "rgba", (), mattes(kind), kind)
+
+
 PASSES: dict[str, Pass] = {
     entry.name: entry
     for entry in (
@@ -129,11 +158,13 @@ PASSES: dict[str, Pass] = {
         mean_pass("denoising_normal", "Denoising Normal", "XYZ"),
         mean_pass("denoising_albedo", "Denoising Albedo"),
         mean_pass("denoising_depth", "Denoising Depth", "Z"),
+        mean_pass("ambient_occlusion", "AO"),
         *light_passes("diffuse", "Diff"),
         *light_passes("glossy", "Gloss"),
         *light_passes("transmission", "Trans"),
         mean_pass("emission", "Emit"),
         mean_pass("environment", "Env"),
+        *(matte_pass(kind) for kind in KINDS),
         Pass("sample_count", "Sample Count", "X", (), sample_count),
         Pass("invalid", "Invalid", "X", (), invalid),
         Pass("error", "Error", "RGB", (), pixel_error),  # one standard deviation of the pixel's mean
@@ -141,6 +172,11 @@ PASSES: dict[str, Pass] = {
 }
 # What a multilayer file gets where nobody says which: what costs next to nothing.
 USUAL = ("combined", "depth", "normal", "albedo", "position", "sample_count", "invalid", "error")
+
+
+def channels_of(names: Iterable[str], levels: int) -> dict[str, str]:
+    """Blender's names of passes -> channel ids, where so many `levels` of Cryptomatte are shown."""
+    return {name: entry.channels for entry in map(PASSES.get, names) for name in entry.names(levels)}
 
 
 def check_passes(names: Iterable[str]) -> tuple[str, ...]:
@@ -152,14 +188,16 @@ def check_passes(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in PASSES if name in names)
 
 
-def planes_for(names: Iterable[str], clamps: bool = False, named: Iterable[str] = ()) -> Planes:
+def planes_for(names: Iterable[str], clamps: bool = False, named: Iterable[str] = (), levels: int = 6) -> Planes:
     """Planes that a film needs for these passes and AOVs, and where light is clamped."""
-    return make_planes((group for name in names for group in PASSES[name].groups), clamps, named)
+    wanted = [PASSES[name] for name in names]
+    return make_planes((group for entry in wanted for group in entry.groups), clamps, named,
+                       (entry.matte for entry in wanted if entry.matte), levels)
 
 
 def film_planes(settings: Settings) -> Planes:
     """Planes of a film of these settings."""
-    return planes_for(settings.passes, settings.clamps, settings.named)
+    return planes_for(settings.passes, settings.clamps, settings.named, settings.matte_levels)
 
 
 def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
@@ -169,7 +207,10 @@ def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
         entry = PASSES[name]
         if missing := [group for group in entry.groups if group not in film.planes.groups]:
             raise FilmError(f"pass {name}: the film was made without {', '.join(missing)}")
-        made[entry.blender_name] = entry.make(film)
+        if entry.matte and entry.matte not in film.planes.mattes:
+            raise FilmError(f"pass {name}: the film was made without mattes of {entry.matte}s")
+        names_of_it, values = entry.names(film.planes.levels), entry.make(film)
+        made |= dict(zip(names_of_it, np.split(values, len(names_of_it), axis=-1), strict=True))
     return made
 
 

@@ -83,7 +83,8 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": filter_tables(scene), "albedo_tables": albedo_tables(instructions),
-        "light_groups": light_groups(scene), "pass_indices": pass_indices(scene), "aovs": make_aovs(scene)}
+        "light_groups": light_groups(scene), "aovs": make_aovs(scene),
+        "pass_indices": np.concatenate([pass_indices(scene), matte_ids(scene)])}
     buffers["world"] = make_world(scene, buffers)
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
@@ -111,10 +112,12 @@ def as_kernels_have_them(buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray
 
 
 def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
-    """The world's record, without lights; `buffers` hold pass_indices and light_groups."""
+    """The world's record, without lights; `buffers` hold light_groups."""
     none = numbers()["NONE"]
+    indices, ids = pass_indices(scene), matte_ids(scene)
     material = scene.world_material[0] if len(scene.world_material) else none
-    spheres = len(scene.instance_index) if len(buffers["pass_indices"]) else none
+    spheres = len(scene.instance_index) if len(indices) else none
+    things = len(scene.instance_matte) + len(scene.sphere_matte)
     start, depth, falloff = scene.mist
     known = numbers()["VECTORS_CAMERA"] | numbers()["VECTORS_MOTION"] * (len(buffers["motions"]) > 0)
     vectors = known if scene.vectors and len(scene.camera_poses) == 3 else 0
@@ -125,6 +128,8 @@ def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
                         mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
                         material_indices=none if spheres == none else spheres + len(scene.sphere_index),
+                        mattes=len(indices) if len(ids) else none, sphere_mattes=len(scene.instance_matte),
+                        material_mattes=len(indices) + 2 * things, occlusion_distance=scene.occlusion_distance,
                         hidden=scene.world_hidden, attributes=scene.mesh_attributes.shape[1],
                         instance_columns=scene.instance_values.shape[1],
                         registers=registers_used(scene))
@@ -134,6 +139,12 @@ def pass_indices(scene: Scene) -> np.ndarray:
     """Of instances, spheres and materials; empty where all are 0."""
     joined = np.concatenate([scene.instance_index, scene.sphere_index, scene.material_index])
     return joined if joined.any() else joined[:0]
+
+
+def matte_ids(scene: Scene) -> np.ndarray:
+    """Of instances and spheres, object and asset in turn, then of materials, float32; empty where there are none."""
+    joined = np.concatenate([scene.instance_matte.ravel(), scene.sphere_matte.ravel(), scene.material_matte])
+    return joined.view(np.float32) if joined.any() else np.zeros(0, np.float32)
 
 
 def light_groups(scene: Scene) -> np.ndarray:

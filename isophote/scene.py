@@ -74,6 +74,8 @@ FIELDS: dict[str, Field] = {
     "key_normals": Field("f4", ("n", 3), "normals of the smooth ones, likewise"),
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
     "instance_index": Field("f4", ("I",), "Blender's pass index of the object", zeros=True),
+    "instance_matte": Field("u4", ("I", 2), "Cryptomatte ids of its object and asset: bits of float32, 0: none",
+                            zeros=True),
     "instance_group": Field("u4", ("I",), "light group of what it emits, 0: none, 1: the first", zeros=True),
     "instance_sets": Field("u4", ("I", 2), "sets of receivers and of blockers of light that it is in, below 64",
                            zeros=True),
@@ -88,9 +90,11 @@ FIELDS: dict[str, Field] = {
     "sphere_group": Field("u4", ("S",), "light group", zeros=True),
     "sphere_sets": Field("u4", ("S", 2), "as instance_sets", zeros=True),
     "sphere_unlinked": Field("u8", ("S", 2), "as instance_unlinked", zeros=True),
+    "sphere_matte": Field("u4", ("S", 2), "as instance_matte", zeros=True),
     "sphere_index": Field("f4", ("S",), "pass index of the object", zeros=True),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
     "material_index": Field("f4", ("P",), "pass index of the material", zeros=True),
+    "material_matte": Field("u4", ("P",), "Cryptomatte id", zeros=True),
     "instruction_op": Field("i4", ("K",), "operation (kernels/bsdf/bsdf.h, isophote/materials.py)"),
     "instruction_flags": Field("u4", ("K",), "INSTRUCTION_ flags, registers of normal and tangent (scene_records.h)",
                                zeros=True),
@@ -135,6 +139,7 @@ FIELDS: dict[str, Field] = {
                                        "its angle in radians"),
     "world_group": Field("u4", (), "light group"),
     "mist": Field("f8", (3,), "start, depth, metres from the camera; exponent of its falloff: 1, 2 or 0.5"),
+    "occlusion_distance": Field("f8", (), "metres within which surfaces occlude in the Ambient Occlusion pass"),
 }
 
 
@@ -147,7 +152,8 @@ class Scene:
     """Arrays by name (see FIELDS), the names of things for messages, and notes on what was left out.
 
     `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names, "aovs" and
-    "light_groups" to those of the passes that the scene names, AOVs as Planes has them.
+    "light_groups" to those of the passes that the scene names, AOVs as Planes has them, and "assets" to those of which
+    there are mattes.
     `notes` is a list of dicts {"kind", "name", "what"}: one for each node, light or object that was
     approximated or left out. `settings` is what the scene's file asks for, by name of settings.Settings;
     no part of the scene's hash. `identities` tells instances from each other while they are followed through time

@@ -17,7 +17,7 @@ from isophote.records import numbers
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
 MEDIUM_COLUMNS = 11  # kernels/walk.h
-KERNELS = ("generate", "extend", "shade", "complete", "connect", "accumulate")
+KERNELS = ("generate", "extend", "occlude", "shade", "complete", "connect", "accumulate")
 GROUP = 64  # work-items of a group
 # Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
 # H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
@@ -56,6 +56,8 @@ class Wavefront:
     def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, features: int):
         self.cl, self.queue, self.paths = cl, queue, paths
         self.completes = bool(features & numbers()["FEATURE_SHINES"])
+        self.occludes = "ambient_occlusion" in planes.groups
+        self.sees_behind = bool(features & numbers()["FEATURE_TRANSPARENT"])  # the camera, after its first ray
         context, flags = queue.context, cl.mem_flags
         self.buffers = {name: cl.Buffer(context, flags.READ_WRITE, 4 * columns * paths)
                         for name, columns in path_columns(planes, features).items()}
@@ -83,6 +85,8 @@ class Wavefront:
                 ("extend", parity): (*scene, None, *path, *hit, b[now], self.counts, None),
                 ("shade", parity): (*scene, None, *path, *hit, *light, *result, b[now], b[following],
                                     b["light_queue"], self.counts, None)}
+            if self.occludes:
+                self.kernels["occlude", parity] = (*scene, None, *path, *hit, b["columns"], b[now], self.counts, None)
         self.kernels |= {
             ("connect", 0): (*scene, None, stride, *light, *result, b["light_queue"], self.counts, None),
             ("accumulate", 0): (None, stride, *result, None, None, None)}
@@ -126,6 +130,8 @@ class Wavefront:
                 break
             parity, each = bounce % 2, self.rays_each if bounce else 1
             self.launch("extend", alive, params, u(bounce), parity=parity, each=each)
+            if self.occludes and (bounce == 0 or self.sees_behind):
+                self.launch("occlude", alive, params, u(bounce), parity=parity)
             self.launch("shade", alive, params, u(bounce), parity=parity)
             if self.completes:
                 self.launch("complete", alive, params, u(bounce))

@@ -5,6 +5,7 @@
  * without such groups have none of it. */
 #ifndef ISOPHOTE_PASSES_H
 #define ISOPHOTE_PASSES_H
+#include "mattes.h"
 #include "stages.h"
 #include "vectors.h"
 
@@ -19,7 +20,7 @@
 #define GROUPS_FIRST                                                                                     \
   (GROUP_BIT(depth) | GROUP_BIT(position) | GROUP_BIT(object_index) | GROUP_BIT(material_index) |        \
    GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUP_BIT(uv) | GROUP_BIT(vector))
-#define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist) | GROUPS_AOVS)
+#define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist) | GROUPS_AOVS | GROUPS_MATTES)
 /* Of the first surface along the path that is not sharp. */
 #define GROUPS_DENOISING (GROUP_BIT(denoising_normal) | GROUP_BIT(denoising_albedo) | GROUP_BIT(denoising_depth))
 #define GROUPS_SURFACE (GROUPS_SEEN | GROUPS_DENOISING)
@@ -56,9 +57,10 @@ FN void add_to_plane(GLOBAL real *columns, uint stride, uint slot, uint groups, 
 FN uint first_guide(uint groups) {
   return planes_end(groups) - PLANES_COMBINED + (has_any(groups, GROUPS_SPLIT) ? SHARE_COLUMNS : 0u);
 }
-FN uint pass_columns(uint groups) {
+FN uint first_matte(uint groups) {
   return first_guide(groups) + (has_any(groups, GROUPS_DENOISING) ? GUIDE_COLUMNS : 0u);
 }
+FN uint pass_columns(uint groups) { return first_matte(groups) + matte_numbers(groups, MATTE_RECORDS); }
 
 /* What parts of light came by the diffuse and by the glossy closures of the path's first bounce; those that transmit
  * have the rest. Cycles' light passes are told apart so (kernel/film/light_passes.h). */
@@ -236,6 +238,7 @@ FN void clear_columns(GLOBAL real *columns, uint stride, uint slot, Params param
   set_number(columns, stride, slot, groups, GROUP_depth, DEPTH_NOTHING);
   if (has_any(groups, GROUPS_DENOISING))
     for (uint k = 0u; k < GUIDE_COLUMNS; k++) columns[(first_guide(groups) + k) * stride + slot] = REAL(1.0);
+  if (has_any(groups, GROUPS_MATTES)) clear_mattes(columns + first_matte(groups) * stride + slot, stride, matte_kinds(groups));
 }
 
 /* How clear a place is in the mist of Blender's world (kernel/film/data_passes.h). */
@@ -320,8 +323,12 @@ FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Mater
   add_to_plane(columns, stride, p.slot, groups, GROUP_diffuse_color, seen * a.diffuse);
   add_to_plane(columns, stride, p.slot, groups, GROUP_glossy_color, seen * a.glossy);
   add_to_plane(columns, stride, p.slot, groups, GROUP_transmission_color, seen * a.transmission);
+  if (!has_any(groups, GROUP_BIT(mist) | GROUPS_MATTES)) return;
+  real3 through = (m.flags & MATERIAL_TRANSPARENT) ? material_transparency(m, r) : zero3();
+  if (has_any(groups, GROUPS_MATTES))
+    show_matte(columns + first_matte(groups) * stride + p.slot, stride, groups, s, h, at.material,
+               average3(seen) * (REAL(1.0) - average3(through)));
   if (has_group(groups, GROUP_mist)) {
-    real3 through = (m.flags & MATERIAL_TRANSPARENT) ? material_transparency(m, r) : zero3();
     real alpha = average3(seen * saturate3(splat3(REAL(1.0)) - through));
     add_number(columns, stride, p.slot, groups, GROUP_mist, clear_of_mist(s, at.p) * alpha);
   }

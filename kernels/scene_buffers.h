@@ -29,7 +29,7 @@
   X(uint, instance_meshes, "mesh of each instance; empty where no step reads an attribute")      \
   X(float, instance_values, "what steps ask of each instance, by instance and column")         \
   X(uint, light_groups, "of instances and spheres; empty where none has one")                  \
-  X(float, pass_indices, "of instances, spheres and materials; empty where all are 0")         \
+  X(float, pass_indices, "of instances, spheres and materials, then ids for Cryptomatte; either only where there are some") \
   X(Image, images, "")                                                                         \
   X(uint, texels, "of the images, in words of four bytes")                                      \
   X(Light, lights, "lamps, then emissive triangles")                                           \

@@ -136,6 +136,7 @@ typedef struct {
   float sun_chance; /* and how often it is drawn instead of the map */
   float mist_start, mist_scale; /* where mist begins, one over its depth: for the Mist pass */
   float mist_falloff;           /* exponent: 1, 2 or 0.5 */
+  float occlusion_distance;     /* within which surfaces occlude in the Ambient Occlusion pass */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
   uint aovs; /* AOV outputs of each material */
   uint vectors; /* VECTORS_ of the Vector pass: what is known of the frames around; 0: nothing */
@@ -144,6 +145,8 @@ typedef struct {
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
   uint sphere_links, lamp_links; /* where those of spheres and of lamps begin in links */
   uint receiver_sets; /* that lit_shares tells apart */
+  uint mattes; /* where ids for Cryptomatte begin in it, of objects and assets in turn; NONE: there are none */
+  uint sphere_mattes, material_mattes; /* how many instances there are before spheres; where those of materials begin */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the

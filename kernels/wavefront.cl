@@ -3,8 +3,8 @@
  * Paths lie in structures of arrays, a column a path; queues hold the columns of those that live.
  * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
  * stay on the device. A launch has at least as many work-items as its queue is long.
- * The host defines SCENE_FEATURES, CLOSURES_USED, GROUPS_USED and CLAMPS, so that what scene and film lack is not
- * compiled.
+ * The host defines SCENE_FEATURES, CLOSURES_USED, GROUPS_USED, CLAMPS and, for films with it, OCCLUSION, so that what
+ * scene and film lack is not compiled.
  * limits[k] counts the paths of a pass that the k-th bounce limit has ended; behind are the 64-bit sums of passes. */
 #include "evaluate.h"
 #include "shine.h"
@@ -220,6 +220,10 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
     }
   }
 }
+
+#ifdef OCCLUSION
+#include "occlude.cl"
+#endif
 
 typedef struct {
   Path path;
@@ -495,6 +499,9 @@ __kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT
         if (is_addable(value) & (lit | (a < params.light_plane))) sums[(planes_end(groups) + uint_of(a)) * plane + at] += value;
       }
     }
+    if (has_any(groups, GROUPS_MATTES))
+      add_mattes(sums + first_matte_plane(params) * plane + at, plane, columns + first_matte(groups) * stride + slot, stride,
+                 params.matte_rows, matte_kinds(groups));
     if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;
   }
 }

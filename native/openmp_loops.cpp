@@ -168,7 +168,7 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
                              float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
   uint groups = params.groups, end = planes_end(groups), first_light = first_light_plane(groups);
-  /* AOV outputs, light groups and what clamping cuts off lie behind the groups; the latter `total` has at its end. */
+  /* AOV outputs, light groups, what clamping cuts off, which `total` has at its end, and mattes lie behind the groups. */
   uint named = uint(params.named_planes), cuts = params.cut_plane ? PLANES_CUT : 0u;
   for (uint pixel = 0; pixel < part.pixels; pixel++) {
     float total[MOST_PLANES];
@@ -202,6 +202,9 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
         valid &= is_addable(value);
         if (is_addable(value) & (lit | int(a < uint(params.light_plane)))) own[(end + a) * plane] += to_float(value);
       }
+      if (has_any(groups, GROUPS_MATTES))
+        add_mattes(own + first_matte_plane(params) * plane, uint(plane), b.slot_columns.data() + first_matte(groups) * CAPACITY + slot,
+                   CAPACITY, params.matte_rows, matte_kinds(groups));
       if (!valid) total[PLANE_INVALID] += 1.0f;
     }
     for (uint p = 0; p < end; p++) own[p * plane] = total[p];

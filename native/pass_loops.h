@@ -1,5 +1,6 @@
 /* The loops that fill planes beside Combined's (kernels/passes.h). Included once a variant. */
 #pragma once
+#include "../kernels/occlusion.h"
 #include "value_loops.h"
 
 namespace isophote {
@@ -51,6 +52,26 @@ static void show_surfaces(Batch &__restrict b, Scene s, Params params, Material 
   for (uint i = g.first; i < g.end; i++)
     show_surface(b.slot_columns.data(), CAPACITY, params.groups, s, m, load_surface(b, i, g.material), path_at(columns, i),
                  load_hit(b, i), registers_at(b, i));
+}
+
+/* Rays from surfaces that the camera sees to what is around them. */
+static void show_occlusions(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
+  Columns columns = b.columns();
+  uint count = 0;
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    if (!is_seen(p, load_hit(b, i))) continue;
+    Connection c = connect_surroundings(s, m, load_surface(b, i, g.material), p, registers_at(b, i));
+    b.key[count] = p.slot;
+    b.cr[count] = c.brought.light.x;
+    b.cg[count] = c.brought.light.y;
+    b.cb[count] = c.brought.light.z;
+    b.shadows[count++] = make_shadow(c.ray, c.passed, c.bounces);
+  }
+  b.shadow += count;
+  trace_shadows(b, s, params, count, s.world[0].features);
+  for (uint i = 0; i < count; i++)
+    show_occlusion(b.slot_columns.data(), CAPACITY, b.key[i], params.groups, make_real3(b.cr[i], b.cg[i], b.cb[i]), b.shadows[i]);
 }
 
 FN LightWalk load_walk(const Batch &b, uint i) {

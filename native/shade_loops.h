@@ -338,6 +338,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   run_values(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
+  if (has_group(params.groups, GROUP_ambient_occlusion)) show_occlusions(b, s, params, m, g);
   if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, m, g);
   if (g.meeting == LAST) {
     pass_last(b, params, m, g);

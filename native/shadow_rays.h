@@ -31,9 +31,23 @@ struct PassingRays {
   void store(uint i, const Hit &h) {
     Shadow &shadow = b.shadows[b.order[i]];
     shadow = pass_shadow(s, params, shadow, h, features, b.shadow_registers.data());
-    b.limits[LIMITS - 1] += uint64_t(shadow.limited);
   }
 };
+
+/* Takes the first `count` shadows to their end. */
+static void trace_shadows(Batch &b, Scene s, Params params, uint count, uint features) {
+  for (uint i = 0; i < count; i++) b.order[i] = i;
+  PassingRays passing{b, s, params, features};
+  for (uint going = count; going > 0;) {
+    trace_all(s, passing, going, !(features & FEATURE_TRANSPARENT));
+    uint left = 0;
+    for (uint i = 0; i < going; i++) {
+      b.order[left] = b.order[i];
+      left += b.shadows[b.order[i]].going != 0;
+    }
+    going = left;
+  }
+}
 
 static void connect_batch(Batch &b, Scene s, Params params, Group g, uint features) {
   Columns columns = b.columns();
@@ -51,21 +65,12 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
   for (uint i = 0; i < count; i++) {
     Path p = path_at(columns, b.key[i]);
     b.shadows[i] = make_shadow(rays.ray(i), uint_of(path_passed(p)), p.bounces);
-    b.order[i] = i;
   }
-  PassingRays passing{b, s, params, features};
-  for (uint going = count; going > 0;) {
-    trace_all(s, passing, going, 0);
-    uint left = 0;
-    for (uint i = 0; i < going; i++) {
-      b.order[left] = b.order[i];
-      left += b.shadows[b.order[i]].going != 0;
-    }
-    going = left;
-  }
+  trace_shadows(b, s, params, count, features);
   for (uint i = 0; i < count; i++) {
     uint at = b.key[i];
     add_light(b, params, at, behind_shadow(load_brought(b, params, at), b.shadows[i], b.alone[at]), FROM_LIGHT);
+    b.limits[LIMITS - 1] += uint64_t(b.shadows[i].limited);
   }
 }
 

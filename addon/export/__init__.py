@@ -16,7 +16,7 @@ from .light import join_lights
 from .motion import follows_motion, middle_of_shutter, with_motion
 from .moving import identities
 from .notes import Notes
-from .world import export_world, mist_of
+from .world import export_world, mist_of, occlusion_distance_of
 
 __all__ = ["export_scene", "follows_motion", "middle_of_shutter", "seen_from"]
 
@@ -68,6 +68,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
     arrays = export_camera(scene, camera, resolution, notes)
     gatherer = Gatherer(depsgraph, arrays["origin"], notes, meshes, scene.frame_current if frame is None else frame)
     gatherer.gather()
+    materials = list(gatherer.material_names)  # of objects
     world = export_world(scene, notes, gatherer.lookups)
     arrays |= {"world_radiance": world.radiance, "world_hidden": world.hidden}
     if world.program:
@@ -81,6 +82,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     arrays |= {"material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),
                "world_group": gatherer.light_groups.of(scene.world),
+               "occlusion_distance": occlusion_distance_of(scene.world),
                "uv_attribute": [] if gatherer.uv is None else [gatherer.uv]}
     if gatherer.lookups.attributes:
         arrays |= join_attributes(list(gatherer.lookups.attributes), meshes.attributes)
@@ -92,7 +94,10 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
         "lights": [lamp.name for lamp in gatherer.lamps],
         "aovs": list(gatherer.aovs) if gatherer.programs else [],
         "light_groups": list(gatherer.light_groups.names),
+        "assets": sorted(set(gatherer.mattes.assets.values())),
     }
+    arrays |= gatherer.mattes.arrays(names["instances"], names["spheres"], materials,
+                                      len(gatherer.programs) - len(materials))
     made = make_scene(names, notes.entries, **arrays)
     if follows_motion(depsgraph):
         made.identities = identities(depsgraph, [instance[0] for instance in gatherer.instances])

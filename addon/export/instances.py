@@ -20,6 +20,7 @@ from .light_groups import LightGroups
 from .light_linking import LightLinking
 from .lookups import Lookups
 from .material import held_out_program, material_program
+from .mattes import NO_MATERIAL, Mattes
 from .visibility import Appearance, appearances, visibility_of
 
 # Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
@@ -43,7 +44,7 @@ class Gatherer:
         self.lookups = Lookups(frame, self.view_layer_value)
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
-        self.linking = LightLinking(notes)
+        self.linking, self.mattes = LightLinking(notes), Mattes(self.view_layer)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
@@ -110,6 +111,7 @@ class Gatherer:
         parts = appearances(instance, ob, self.depsgraph.view_layer)
         if not parts:
             return
+        self.mattes.meet(ob)
         shared = ob.name, ob.pass_index, self.light_groups.of(ob), self.linking.of(instance, ob)
         if is_sphere(ob):
             self.add_sphere(self.matrices[number], ob, parts, shared)
@@ -155,7 +157,7 @@ class Gatherer:
             make = held_out_program if held_out else material_program
             self._material_of[key] = len(self.programs)
             self.programs.append(make(material, self.notes, self.lookups, self.aovs))
-            self.material_names.append("default" if material is None else material.name)
+            self.material_names.append(NO_MATERIAL if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
         return self._material_of[key]
 

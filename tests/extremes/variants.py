@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from bench.parity import differing_floats, expose, full_frame
+from bench.specialise import WANTING
 from isophote.device import list_kind, open_device
 from isophote.film import Film
 from isophote.materials import OPERATIONS
@@ -121,8 +122,7 @@ def for_any_scene(prepared):
     every = sum(value for name, value in n.items() if name.startswith("FEATURE_")) & ~lights
     every |= lights if prepared.features & lights else 0
     # These say that there is an array of slots, and values that are computed of surfaces, the world and lights.
-    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "LENS", "CAMERA_MOTION", "MOTION",
-             "DEFORMATION")
+    there = ("SLOTS", "VALUES", "BUMP", "LENS", *WANTING)
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
     closures = [number for name, (number, _) in OPERATIONS.items() if name != "emission"]
     unused = make_records("Instruction", len(closures), op=closures)
@@ -159,7 +159,7 @@ def film(scene: Scene, samples: int = 64, **changes) -> Film:
     region = settings.region or full_frame(scene)
     mine = openmp_film(prepared, region, samples, settings)
     other = opencl_film(prepared, region, samples, settings)
-    differing = sum(differing_floats(mine.sum(plane), other.sum(plane)) for plane in range(mine.planes))
+    differing = sum(differing_floats(mine.sum(plane), other.sum(plane)) for plane in range(mine.planes.sums))
     assert not differing, f"{differing} floats differ between OpenMP and OpenCL"
     return mine
 
@@ -177,7 +177,7 @@ def rgb(made: Film) -> np.ndarray:
 
 def differing(a: Film, b: Film) -> int:
     """Sums that differ in a bit."""
-    return sum(differing_floats(a.sum(plane), b.sum(plane)) for plane in range(a.planes))
+    return sum(differing_floats(a.sum(plane), b.sum(plane)) for plane in range(a.planes.sums))
 
 
 def rounding(made: Film, exact: Film) -> float:

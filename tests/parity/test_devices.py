@@ -35,6 +35,7 @@ from tests.scenes import ready
 
 BOUNCES = dict(max_bounces=12, diffuse_bounces=6)
 SAMPLES = 96  # one block and a half: the last block stays open
+MATTES = ("crypto_object", "crypto_material", "crypto_asset")
 POCL = "Portable Computing Language"
 
 
@@ -155,9 +156,11 @@ def test_regions_apart(name):
     for region in ((0, 0, x, y), (x, 0, width, y), (0, y, x, height), (x, y, width, height)):
         part = film_of(name, region=region)
         x0, y0, x1, y1 = region
-        for plane in range(whole.planes):
+        for plane in range(whole.planes.sums):
             mine = np.ascontiguousarray(whole.sum(plane)[y0:y1, x0:x1])
             assert differing_floats(mine, part.sum(plane)) == 0, (region, plane)
+        for mine, others in zip(*(make_passes(f, MATTES).values() for f in (whole, part)), strict=True):
+            assert differing_floats(mine[y0:y1, x0:x1], others) == 0, region
 
 
 def test_other_passes_change_nothing(name):
@@ -189,7 +192,7 @@ def test_opencl(name):
     assert_same(whole, render_in_parts(device, region, settings))
     assert_same(whole, render_in_parts(device, region, settings, 3, step=16))
     part = expose(device, Film((3, 2, 17, 13), film_planes(settings)), 64, settings)
-    for plane in range(part.planes):
+    for plane in range(part.planes.sums):
         mine = expose_region(name, (3, 2, 17, 13)).sum(plane)
         assert differing_floats(mine, part.sum(plane)) == 0
     device.close()
