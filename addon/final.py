@@ -22,7 +22,7 @@ from isophote.session import Progress, Session
 
 from . import kept, ledger, left_out, log, native
 from .compat import catch_interrupts, frame_border, interrupted
-from .export import export_scene, seen_from
+from .export import export_scene, follows_motion, middle_of_shutter, seen_from
 from .export.changes import Changes
 from .result import OpenResult, mark_failed, missing_passes, stamp, view_names
 from .settings import make_settings
@@ -68,8 +68,10 @@ def render_layer(engine, depsgraph) -> None:
     blender_scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     engine.update_stats("", "Isophote: exporting")
     started = time.perf_counter()
-    scene = export_scene(depsgraph, changes=changes)
-    scene.notes += missing_passes(view_layer)
+    frame = blender_scene.frame_current
+    with middle_of_shutter(engine, depsgraph):
+        scene = export_scene(depsgraph, changes=changes, frame=frame)
+    scene.notes += missing_passes(blender_scene, view_layer)
     export_seconds = time.perf_counter() - started
     region = frame_border(blender_scene.render, scene.resolution)
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
@@ -79,7 +81,7 @@ def render_layer(engine, depsgraph) -> None:
         only = [seen_from(scene, engine, depsgraph)]
         del scene
         if render_view(engine, only, settings, blender_scene.name, view_layer.name, export_seconds, []):
-            engine.changes = None if blender_scene.render.use_motion_blur else changes  # other frames were evaluated
+            engine.changes = None if follows_motion(depsgraph) else changes  # other frames were evaluated
         return
     told: list[str] = []
     for view in view_names(engine):

@@ -21,6 +21,7 @@ BUILTIN = {
     "position": "use_pass_position",
     **{f"{kind}_{of}": f"use_pass_{kind}_{of}" for kind in KINDS for of in ("direct", "indirect", "color")},
     "uv": "use_pass_uv",
+    "vector": "use_pass_vector",
     "mist": "use_pass_mist",
     "object_index": "use_pass_object_index",
     "material_index": "use_pass_material_index",
@@ -32,10 +33,10 @@ BUILTIN = {
 OWN = ("albedo", "sample_count", "invalid", "error")
 DENOISING = ("denoising_normal", "denoising_albedo", "denoising_depth")  # by Cycles' switch, where its add-on is on
 # Switches of Blender and Cycles whose passes there are not.
-MISSING = {"use_pass_vector": "Vector", "use_pass_shadow": "Shadow",
-           "use_pass_subsurface_direct": "Subsurface Direct", "use_pass_subsurface_indirect": "Subsurface Indirect",
-           "use_pass_subsurface_color": "Subsurface Color"}
-TYPES = {"rgba": "COLOR", "X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "UVA": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
+MISSING = {"use_pass_shadow": "Shadow", "use_pass_subsurface_direct": "Subsurface Direct",
+           "use_pass_subsurface_indirect": "Subsurface Indirect", "use_pass_subsurface_color": "Subsurface Color"}
+TYPES = {"rgba": "COLOR", "X": "VALUE", "Z": "VALUE", "XYZ": "VECTOR", "XYZW": "VECTOR", "UVA": "VECTOR",
+         "RGB": "COLOR", "RGBA": "COLOR"}
 NAMED_CHANNELS = {"color": "RGBA", "value": "X", "light": "RGB"}  # by what isophote.planes has before the name
 FAILED_COLOUR = (1.0, 0.0, 1.0, 1.0)
 FAILED_SQUARE = 16  # pixels
@@ -55,12 +56,14 @@ def matte_levels(view_layer) -> int:
     return min(view_layer.pass_cryptomatte_depth, MOST_LEVELS)
 
 
-def missing_passes(view_layer) -> list[dict]:
+def missing_passes(scene, view_layer) -> list[dict]:
     """A note for each pass that a view layer asks for and that there is not."""
     missing = [name for flag, name in MISSING.items() if getattr(view_layer, flag, False)]
     taken = [aov.name for aov in view_layer.aovs if aov.is_valid and is_taken(aov.name)]
     reasons = dict.fromkeys(missing, "is not supported: left out")
     reasons |= dict.fromkeys(taken, "an AOV with the name of a pass: left out")
+    if view_layer.use_pass_vector and scene.render.use_motion_blur:
+        reasons["Vector"] = "is black with motion blur"
     return [{"kind": "pass", "name": name, "what": what} for name, what in reasons.items()]
 
 

@@ -70,7 +70,6 @@ def set_up(longest: int, threads: int) -> dict:
             changed[name] = getattr(cycles, name)
             setattr(cycles, name, value)
     render.use_border = render.use_multiview = render.use_compositing = render.use_sequencer = False
-    render.use_motion_blur = False
     render.threads_mode, render.threads = "FIXED", threads
     render.use_persistent_data = True  # the tree is built once, for the first request
     image = render.image_settings

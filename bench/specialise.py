@@ -36,12 +36,15 @@ from isophote.settings import Settings
 from isophote.validate import clean
 
 
+# Features that a scene has only with arrays that others lack.
+WANTING = ("WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "CAMERA_MOTION", "MOTION", "DEFORMATION", "LINKING")
+
+
 def generalised(prepared: Prepared) -> Prepared:
     """The same scene for kernels that know everything; what the scene would have to have for it stays out."""
     n = numbers()
     features = sum(bit for name, bit in n.items() if name.startswith("FEATURE_"))
-    wanting = [n[f"FEATURE_{name}"]
-               for name in ("WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "CAMERA_MOTION", "LINKING")]
+    wanting = [n[f"FEATURE_{name}"] for name in WANTING]
     if not len(prepared.buffers["lights"]):
         wanting.append(n["FEATURE_LIGHTS"])
     features &= prepared.features | ~sum(wanting)

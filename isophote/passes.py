@@ -62,6 +62,12 @@ def divided(light: str, color: str) -> Callable[[Film], np.ndarray]:
     return planes
 
 
+def vector(film: Film) -> np.ndarray:
+    """Mean over the samples that see a surface."""
+    sums = sums_of(film, "vector")
+    return (sums[..., :4] / np.maximum(sums[..., 4:], 1.0)).astype(np.float32)
+
+
 def mist(film: Film) -> np.ndarray:
     """Sums are of what is clear of mist, so that where nothing is seen there is mist."""
     return 1.0 - mean_planes("mist")(film)
@@ -145,6 +151,7 @@ PASSES: dict[str, Pass] = {
         mean_pass("albedo", "Albedo"),
         first_sample_pass("position", "Position", "XYZ"),
         mean_pass("uv", "UV", "UVA"),
+        Pass("vector", "Vector", "XYZW", ("vector",), vector),
         Pass("mist", "Mist", "Z", ("mist",), mist),
         first_sample_pass("object_index", "IndexOB", "X"),
         first_sample_pass("material_index", "IndexMA", "X"),

@@ -14,6 +14,7 @@ from isophote.light_linking import link_features, link_records, lit_sets, lit_sh
 from isophote.light_tree import make_light_tree, shining
 from isophote.lights import estimated, has_program, light_records, triangle_lights, world_light
 from isophote.materials import OPERATIONS, is_delta
+from isophote.motion import deforming, moving
 from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
@@ -118,10 +119,12 @@ def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
     spheres = len(scene.instance_index) if len(indices) else none
     things = len(scene.instance_matte) + len(scene.sphere_matte)
     start, depth, falloff = scene.mist
+    known = numbers()["VECTORS_CAMERA"] | numbers()["VECTORS_MOTION"] * (len(buffers["motions"]) > 0)
+    vectors = known if scene.vectors and len(scene.camera_poses) == 3 else 0
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
                         light_group=scene.world_group,
                         sphere_groups=len(scene.instance_group) if len(buffers["light_groups"]) else none,
-                        aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
+                        vectors=vectors, aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
                         mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
                         material_indices=none if spheres == none else spheres + len(scene.sphere_index),
@@ -210,7 +213,7 @@ def make_camera(scene: Scene) -> np.ndarray:
         width=scene.resolution[0], height=scene.resolution[1], reach=scene.camera_panorama[0],
         polynomial=scene.camera_panorama[1:6], shift_x=scene.camera_panorama[6], shift_y=scene.camera_panorama[7],
         eye=scene.camera_stereo[0], convergence=scene.camera_stereo[1], merge_from=scene.camera_stereo[2],
-        merge_to=scene.camera_stereo[3], poses=len(poses))
+        merge_to=scene.camera_stereo[3], poses=0 if scene.vectors else len(poses))
     return np.concatenate([camera, poses])
 
 
@@ -336,8 +339,8 @@ def inverse_cdf(x: np.ndarray, density: np.ndarray) -> np.ndarray:
 
 
 def filter_tables(scene: Scene) -> np.ndarray:
-    """Those that camera rays are drawn by: of the pixel filter, and where the camera moves of its shutter."""
-    if not len(scene.camera_poses):
+    """Those that camera rays are drawn by: of the pixel filter, and where something moves of the shutter."""
+    if not (len(scene.camera_poses) or len(scene.key_to_world) or len(scene.key_vertices)) or scene.vectors:
         return blackman_harris_table()
     return np.concatenate([blackman_harris_table(), shutter_table(scene.shutter_curve)])
 
@@ -379,11 +382,13 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_EMISSION": materials["emission"].any(),
         "FEATURE_LENS": scene.camera_lens[0] > 0,
         "FEATURE_PANORAMA": scene.camera_kind >= n["CAMERA_EQUIRECTANGULAR"],
-        "FEATURE_CAMERA_MOTION": len(scene.camera_poses) > 0,
+        "FEATURE_CAMERA_MOTION": len(scene.camera_poses) > 0 and not scene.vectors,
         "FEATURE_VALUES": len(scene.step_op) > 0 or len(scene.uv_attribute) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,
         "FEATURE_SUBSURFACE": (materials["flags"] & n["MATERIAL_SUBSURFACE"]).any(),
+        "FEATURE_MOTION": moving(scene).any() or deforming(scene).any(),
+        "FEATURE_DEFORMATION": deforming(scene).any(),
     }
     return sum(n[name] for name, used in uses.items() if used)
 

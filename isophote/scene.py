@@ -5,7 +5,7 @@ validating walk over it.  Counts: V vertices, T triangles, N normals, E entries 
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
 Z steps, C numbers of tables, A attributes, B numbers of attributes, D AOVs, O instances of which values are known (I or
 0), R numbers of each, G images, X bytes, W, U and Y 0 or 1, J poses of the camera (0 or 2 and
-more), H numbers of a curve.
+more), H numbers of a curve, f keys of instances, v and n vertices and normals of keys of meshes.
 """
 
 from __future__ import annotations
@@ -62,6 +62,16 @@ FIELDS: dict[str, Field] = {
     "mesh_normals": Field("i4", ("M",), "normal of the mesh's first vertex, the others' follow; -1 for flat meshes"),
     "instance_mesh": Field("u4", ("I",), "mesh of each instance"),
     "instance_to_world": Field("f8", ("I", 3, 4), "object to world, relative to origin"),
+    "instance_keys": Field("u4", ("I",), "of one that moves: how many of key_to_world it has, evenly from the opening "
+                                         "of the shutter to its closing; instance_to_world is the middle. 0: it stays",
+                           zeros=True),
+    "key_to_world": Field("f8", ("f", 3, 4), "object to world, of the instances that move one after the other"),
+    "mesh_keys": Field("u4", ("M",), "of one that deforms: how many shapes it has, likewise; vertices are the middle "
+                                     "one. 0: it stays", zeros=True),
+    "key_vertices": Field("f4", ("v", 3), "vertices of the shapes, of the meshes that deform one after the other"),
+    "vectors": Field("u4", (), "1: nothing moves while the shutter is open; keys, three each, are of the frame before, "
+                               "this one and the one after, for the Vector pass, and so are the camera's poses"),
+    "key_normals": Field("f4", ("n", 3), "normals of the smooth ones, likewise"),
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
     "instance_index": Field("f4", ("I",), "Blender's pass index of the object", zeros=True),
     "instance_matte": Field("u4", ("I", 2), "Cryptomatte ids of its object and asset: bits of float32, 0: none",
@@ -78,9 +88,9 @@ FIELDS: dict[str, Field] = {
     "sphere_material": Field("u4", ("S",), ""),
     "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
     "sphere_group": Field("u4", ("S",), "light group", zeros=True),
-    "sphere_matte": Field("u4", ("S", 2), "as instance_matte", zeros=True),
     "sphere_sets": Field("u4", ("S", 2), "as instance_sets", zeros=True),
     "sphere_unlinked": Field("u8", ("S", 2), "as instance_unlinked", zeros=True),
+    "sphere_matte": Field("u4", ("S", 2), "as instance_matte", zeros=True),
     "sphere_index": Field("f4", ("S",), "pass index of the object", zeros=True),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
     "material_index": Field("f4", ("P",), "pass index of the material", zeros=True),
@@ -146,13 +156,15 @@ class Scene:
     there are mattes.
     `notes` is a list of dicts {"kind", "name", "what"}: one for each node, light or object that was
     approximated or left out. `settings` is what the scene's file asks for, by name of settings.Settings;
-    no part of the scene's hash.
+    no part of the scene's hash. `identities` tells instances from each other while they are followed through time
+    (addon/export/moving.py), and is not saved.
     """
 
     arrays: dict[str, np.ndarray]
     names: dict[str, list[str]] = field(default_factory=dict)
     notes: list[dict] = field(default_factory=list)
     settings: dict = field(default_factory=dict)
+    identities: list[tuple] = field(default_factory=list)
 
     def __getattr__(self, name):
         try:

@@ -31,11 +31,14 @@ BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bo
 
 def path_columns(planes: Planes, features: int) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
-    walks, linked = (bool(features & numbers()[name]) for name in ("FEATURE_SUBSURFACE", "FEATURE_LINKING"))
-    medium = {"reals": COLUMNS["reals"] + MEDIUM_COLUMNS} if walks else {}
-    cut = {"results": COLUMNS["results"] + 2} if planes.clamps else {}
-    light = {"light_reals": COLUMNS["light_reals"] + planes.clamps + linked}
-    return COLUMNS | medium | cut | light | {"columns": max(planes.columns + linked, 1)}
+    n, made = numbers(), COLUMNS | {"columns": planes.columns}
+    names = ("FEATURE_MOTION", "FEATURE_SUBSURFACE", "FEATURE_LINKING")
+    times, medium, linked = (bool(features & n[name]) for name in names)
+    made["reals"] += MEDIUM_COLUMNS * medium + times
+    made["light_reals"] += planes.clamps + times + linked
+    made["results"] += 2 * planes.clamps
+    made["columns"] = max(planes.columns + linked, 1)
+    return made
 
 
 def shade_group(device, cl) -> int:

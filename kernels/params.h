@@ -56,22 +56,23 @@ typedef struct {
   X(4, normal, 3)                 \
   X(5, albedo, 3)                 \
   X(6, uv, 3)                     \
-  X(7, mist, 1)                   \
-  X(8, denoising_normal, 3)       \
-  X(9, denoising_albedo, 3)       \
-  X(10, denoising_depth, 1)       \
-  X(11, ambient_occlusion, 3)     \
-  X(12, diffuse_color, 3)         \
-  X(13, glossy_color, 3)          \
-  X(14, transmission_color, 3)    \
-  X(15, diffuse_direct, 3)        \
-  X(16, diffuse_indirect, 3)      \
-  X(17, glossy_direct, 3)         \
-  X(18, glossy_indirect, 3)       \
-  X(19, transmission_direct, 3)   \
-  X(20, transmission_indirect, 3) \
-  X(21, emission, 3)              \
-  X(22, environment, 3)
+  X(7, vector, 5)                 \
+  X(8, mist, 1)                   \
+  X(9, denoising_normal, 3)       \
+  X(10, denoising_albedo, 3)      \
+  X(11, denoising_depth, 1)       \
+  X(12, ambient_occlusion, 3)     \
+  X(13, diffuse_color, 3)         \
+  X(14, glossy_color, 3)          \
+  X(15, transmission_color, 3)    \
+  X(16, diffuse_direct, 3)        \
+  X(17, diffuse_indirect, 3)      \
+  X(18, glossy_direct, 3)         \
+  X(19, glossy_indirect, 3)       \
+  X(20, transmission_direct, 3)   \
+  X(21, transmission_indirect, 3) \
+  X(22, emission, 3)              \
+  X(23, environment, 3)
 enum {
 #define X(number, name, planes) GROUP_##name = number,
   PLANE_GROUPS(X)
@@ -84,6 +85,12 @@ enum {
 #define GROUPS_MATTE_ASSET 0x20000000u
 #define GROUPS_MATTES 0x38000000u
 #define GROUPS_OF_SAMPLE_0 4
+/* Whether code is compiled for films with the Vector pass: its four numbers, and how many samples there were of it. */
+#ifdef GROUPS_USED
+#define VECTORS_USED (GROUPS_USED >> 7 & 1u)
+#else
+#define VECTORS_USED 1
+#endif
 /* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
 #define PLANES_CUT 4
 enum { /* without those that are named */

@@ -7,6 +7,7 @@
 #define ISOPHOTE_PASSES_H
 #include "mattes.h"
 #include "stages.h"
+#include "vectors.h"
 
 #define GROUP_BIT(name) (1u << GROUP_##name)
 #define GROUPS_COLOR (GROUP_BIT(diffuse_color) | GROUP_BIT(glossy_color) | GROUP_BIT(transmission_color))
@@ -18,7 +19,7 @@
 /* Of the first surface that the path meets, and of those that it sees through transparent ones. */
 #define GROUPS_FIRST                                                                                     \
   (GROUP_BIT(depth) | GROUP_BIT(position) | GROUP_BIT(object_index) | GROUP_BIT(material_index) |        \
-   GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUP_BIT(uv))
+   GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUP_BIT(uv) | GROUP_BIT(vector))
 #define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist) | GROUPS_AOVS | GROUPS_MATTES)
 /* Of the first surface along the path that is not sharp. */
 #define GROUPS_DENOISING (GROUP_BIT(denoising_normal) | GROUP_BIT(denoising_albedo) | GROUP_BIT(denoising_depth))
@@ -272,6 +273,20 @@ FN real3 uv_of_surface(Scene s, Surface at, Path p, Hit h) {
 #endif
 }
 
+/* The Vector pass of a path, and that it has one. */
+FN void add_vector(GLOBAL real *columns, uint stride, uint groups, Scene s, Surface at, Path p, Hit h) {
+#if VECTORS_USED
+  if (!has_group(groups, GROUP_vector) || !s.world[0].vectors) return;
+  real4 v = motion_vector(s, at.p, h);
+  uint place = (plane_of(groups, GROUP_vector) - PLANES_COMBINED) * stride + p.slot;
+  columns[place] = v.x;
+  columns[place + stride] = v.y;
+  columns[place + 2u * stride] = v.z;
+  columns[place + 3u * stride] = v.w;
+  columns[place + 4u * stride] = REAL(1.0);
+#endif
+}
+
 /* AOV outputs, in columns behind all others. */
 FN void show_aovs(GLOBAL real *columns, uint stride, uint groups, Scene s, uint material, uint slot, const real *r) {
   uint count = s.world[0].aovs;
@@ -300,6 +315,7 @@ FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Mater
     int mean = bumps && dot3(a.normals, a.normals) > REAL(0.0);
     add_to_plane(columns, stride, p.slot, groups, GROUP_normal, mean ? normalize3(a.normals) : at.ns);
     add_to_plane(columns, stride, p.slot, groups, GROUP_albedo, a.albedo);
+    add_vector(columns, stride, groups, s, at, p, h);
     if (has_any(groups, GROUPS_AOVS)) show_aovs(columns, stride, groups, s, at.material, p.slot, r);
     if (has_group(groups, GROUP_uv)) add_to_plane(columns, stride, p.slot, groups, GROUP_uv, uv_of_surface(s, at, p, h));
   }

@@ -31,6 +31,9 @@ typedef struct {
 #define X(name) uint name;
   PATH_UINTS(X)
 #undef X
+#if SCENE_FEATURES & FEATURE_MOTION
+  real time; /* of the shutter; in a column of its own, which devices have only where something moves */
+#endif
 } Path;
 
 enum {
@@ -66,6 +69,19 @@ FN void store_path(GLOBAL real *reals, GLOBAL uint *uints, uint stride, uint i, 
 #undef X
 }
 
+FN Path path_at_time(Path p, real time) {
+#if SCENE_FEATURES & FEATURE_MOTION
+  p.time = time;
+#endif
+  return p;
+}
+FN real path_time(Path p) {
+#if SCENE_FEATURES & FEATURE_MOTION
+  return p.time;
+#else
+  return REAL(0.0);
+#endif
+}
 FN real3 path_throughput(Path p) { return make_real3(p.red, p.green, p.blue); }
 FN Path with_throughput(Path p, real3 t) {
   p.red = t.x;
@@ -85,7 +101,7 @@ FN Ray path_ray(Path p) {
     r.after_primitive = p.after_primitive;
   }
   r.kind = path_kind(p);
-  return r;
+  return ray_at(r, path_time(p));
 }
 FN Path with_ray(Path p, Ray r) {
   p.ox = r.origin.x;

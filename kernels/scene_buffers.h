@@ -15,6 +15,9 @@
   X(ushort, slots, "material slot of each triangle; empty where all are 0")                    \
   X(Sphere, spheres, "")                                                                       \
   X(Instance, instances, "every instance of the scene")                                        \
+  X(Motion, motions, "of each instance; empty where none moves")                                \
+  X(Pose, poses, "of the instances that move")                                                  \
+  X(packed3, shapes, "vertices and normals of meshes that deform, in object space")             \
   X(uint, slot_materials, "material of each instance's slots")                                 \
   X(Material, materials, "")                                                                   \
   X(Instruction, instructions, "programs of the materials")                                    \

@@ -43,6 +43,8 @@
 #define FEATURE_PANORAMA 1048576u /* a camera that is neither perspective nor orthographic */
 #define FEATURE_CAMERA_MOTION 2097152u /* the camera moves while its shutter is open */
 #define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
+#define FEATURE_MOTION 8388608u /* some instance moves, or its mesh deforms, while the shutter is open */
+#define FEATURE_DEFORMATION 16777216u /* some mesh deforms */
 #define FEATURE_LINKING 134217728u /* some light does not light, or is not stopped by, all objects */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
@@ -84,6 +86,7 @@ typedef struct {
 #define REF_TRIANGLES 1u /* a run of triangles that ends at the one marked LAST_IN_LEAF */
 #define REF_SPHERE 2u
 #define REF_INSTANCE 3u
+#define REF_DEFORMING REF_SPHERE /* in the tree of a mesh that deforms: the number of one triangle */
 #define REF_KIND(ref) ((ref) >> 30)
 #define REF_INDEX(ref) ((ref) & 0x3fffffffu)
 #define LAST_IN_LEAF 0x80000000u
@@ -112,6 +115,8 @@ typedef struct {
   uint material, visibility;
 } Sphere;
 
+#define VECTORS_CAMERA 1u
+#define VECTORS_MOTION 2u
 typedef struct {
   packed3 radiance; /* the same from all directions; where FEATURE_WORLD is set it counts for nothing */
   packed3 origin;   /* place of the scene's origin in Blender's world: for the Position pass */
@@ -134,13 +139,14 @@ typedef struct {
   float occlusion_distance;     /* within which surfaces occlude in the Ambient Occlusion pass */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
   uint aovs; /* AOV outputs of each material */
+  uint vectors; /* VECTORS_ of the Vector pass: what is known of the frames around; 0: nothing */
   uint light_group;   /* of the world */
   uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
-  uint mattes; /* where ids for Cryptomatte begin in it, of objects and assets in turn; NONE: there are none */
-  uint sphere_mattes, material_mattes; /* how many instances there are before spheres; where those of materials begin */
   uint sphere_links, lamp_links; /* where those of spheres and of lamps begin in links */
   uint receiver_sets; /* that lit_shares tells apart */
+  uint mattes; /* where ids for Cryptomatte begin in it, of objects and assets in turn; NONE: there are none */
+  uint sphere_mattes, material_mattes; /* how many instances there are before spheres; where those of materials begin */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
@@ -155,6 +161,23 @@ typedef struct {
   uint visibility;     /* kinds of rays | INSTANCE_ flags */
   uint first_normal;   /* a vertex's number and this add up, modulo 2^32, to that of its normal */
 } Instance;
+
+/* Of an instance: what there is of it while the shutter is open. One that moves, and one whose mesh deforms, has a tree
+ * of its own. */
+typedef struct {
+  uint first_pose, poses;    /* 0: it stays; else at least 2, evenly over the time */
+  uint first_shape, shapes;  /* likewise of its mesh; a vertex's number and first_shape add up, modulo 2^32, to its place
+                              * in the first shape, */
+  uint first_normal;         /* and its number and this to that of its normal, */
+  uint vertices;             /* and so many vertices on they have the next shape */
+} Motion;
+
+/* Where an instance is at a time: stretched by a symmetric matrix, turned by a quaternion (x, y, z, w), moved. */
+typedef struct {
+  float turn[4];
+  packed3 place;
+  packed3 diagonal, mixed; /* of the matrix; mixed: xy, xz, yz */
+} Pose;
 
 #define MATERIAL_EMITS 1u
 #define MATERIAL_TRANSPARENT 2u /* has an OP_TRANSPARENT: shadow rays pass in part */

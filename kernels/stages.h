@@ -32,7 +32,7 @@ FN Path generate_path(Scene s, Params params, int kind, int column, int row, uin
   p.index = sample >> 1;
   p.bounces = 0u;
   p.status = RAY_CAMERA | PATH_FROM_CAMERA;
-  return p;
+  return path_at_time(p, REAL(0.0));
 }
 
 /* ------------------------------------------------------------------- shade */
@@ -155,7 +155,7 @@ FN real held_alpha(Scene s, Material m, Path p, const real *r) {
 FN Brought see_emission(Scene s, Params params, Material m, Path p, uint set, Hit h, const real *r) {
   int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);
   real light_pdf = REAL(0.0);
-  if (compete) light_pdf = emission_pdf(s, h, path_receiver(p, set), make_real3(p.dx, p.dy, p.dz));
+  if (compete) light_pdf = emission_pdf(s, h, path_receiver(p, set), make_real3(p.dx, p.dy, p.dz), path_time(p));
   real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
   real3 light = path_throughput(p) * material_emission(m, r) * weight;
   if ((SCENE_FEATURES & FEATURE_LIGHT_LIMITS) && h.instance != SPHERE_INSTANCE)
@@ -185,8 +185,8 @@ typedef struct {
 
 FN int is_dark(real3 light) { return (light.x == REAL(0.0)) & (light.y == REAL(0.0)) & (light.z == REAL(0.0)); }
 
-FN Ray shadow_ray(real3 origin, real3 direction, real distance, uint instance, uint primitive) {
-  Ray r = free_ray(origin, direction, REAL(0.0), distance);
+FN Ray shadow_ray(real3 origin, real3 direction, real distance, uint instance, uint primitive, real time) {
+  Ray r = ray_at(free_ray(origin, direction, REAL(0.0), distance), time);
   r.skip_instance = instance;
   r.skip_primitive = primitive;
   r.kind = RAY_SHADOW;
@@ -202,7 +202,8 @@ FN Connection connect_light(Params params, Surface at, LightSample light, BsdfVa
   c.brought = clamp_light(params, select3(useful, brought, zero3()), path_bounce(p));
   c.passed = uint_of(path_passed(p));
   c.bounces = p.bounces;
-  c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive);
+  c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive,
+                     path_time(p));
   return c;
 }
 

@@ -25,6 +25,16 @@
 #define RESULT_ARGUMENTS results, columns, limits
 #define QUEUE_PARAMETERS GLOBAL const uint *queue, GLOBAL uint *next_queue, GLOBAL uint *light_queue, GLOBAL uint *counts
 
+/* A path's time has a column of its own, behind its medium. */
+#define TIME_COLUMN (PATH_REAL_COUNT + (SCENE_FEATURES & FEATURE_SUBSURFACE ? MEDIUM_COLUMNS : 0))
+#if SCENE_FEATURES & FEATURE_MOTION
+FN Path load_whole_path(PATH_PARAMETERS, uint i) {
+  return path_at_time(load_path(reals, uints, stride, i), reals[TIME_COLUMN * stride + i]);
+}
+#else
+#define load_whole_path load_path
+#endif
+
 FN void store_hit(HIT_PARAMETERS, uint stride, uint i, Hit h) {
   hit_reals[i] = h.t;
   hit_reals[stride + i] = h.u;
@@ -43,6 +53,8 @@ FN Hit load_hit(HIT_PARAMETERS, uint stride, uint i) {
   return h;
 }
 
+#define LIGHT_TIME_COLUMN (CLAMPS ? 11u : 10u)
+#define LIGHT_ALONE_COLUMN (LIGHT_TIME_COLUMN + (SCENE_FEATURES & FEATURE_MOTION ? 1u : 0u))
 FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   light_reals[i] = c.ray.origin.x;
   light_reals[stride + i] = c.ray.origin.y;
@@ -55,7 +67,10 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   light_reals[8u * stride + i] = c.brought.light.y;
   light_reals[9u * stride + i] = c.brought.light.z;
   if (CLAMPS) light_reals[10u * stride + i] = c.brought.cut;
-  if (SCENE_FEATURES & FEATURE_LINKING) light_reals[(CLAMPS ? 11u : 10u) * stride + i] = c.alone;
+#if SCENE_FEATURES & FEATURE_MOTION
+  light_reals[LIGHT_TIME_COLUMN * stride + i] = c.ray.time;
+#endif
+  if (SCENE_FEATURES & FEATURE_LINKING) light_reals[LIGHT_ALONE_COLUMN * stride + i] = c.alone;
   light_uints[i] = c.ray.skip_instance;
   light_uints[stride + i] = c.ray.skip_primitive;
   light_uints[2u * stride + i] = c.passed | c.bounces << 8; /* without those of transmission: the others tell */
@@ -63,13 +78,17 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
 
 FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
   Connection c;
+  real time = REAL(0.0);
+#if SCENE_FEATURES & FEATURE_MOTION
+  time = light_reals[LIGHT_TIME_COLUMN * stride + i];
+#endif
   c.ray = shadow_ray(make_real3(light_reals[i], light_reals[stride + i], light_reals[2u * stride + i]),
                      make_real3(light_reals[3u * stride + i], light_reals[4u * stride + i], light_reals[5u * stride + i]),
-                     light_reals[6u * stride + i], light_uints[i], light_uints[stride + i]);
+                     light_reals[6u * stride + i], light_uints[i], light_uints[stride + i], time);
   c.brought.light =
       make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
   c.brought.cut = CLAMPS ? light_reals[10u * stride + i] : REAL(0.0);
-  c.alone = SCENE_FEATURES & FEATURE_LINKING ? light_reals[(CLAMPS ? 11u : 10u) * stride + i] : REAL(1.0);
+  c.alone = SCENE_FEATURES & FEATURE_LINKING ? light_reals[LIGHT_ALONE_COLUMN * stride + i] : REAL(1.0);
   c.passed = light_uints[2u * stride + i] & 255u;
   uint bounces = light_uints[2u * stride + i] >> 8, all = bounces & 255u;
   c.bounces = bounces | (all - (bounces >> 8 & 255u) - (bounces >> 16)) << 24;
@@ -122,6 +141,9 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
 #if SCENE_FEATURES & FEATURE_CAMERA_MOTION
   p = move_with_camera(s, p);
 #endif
+#if SCENE_FEATURES & FEATURE_MOTION
+  p.time = shutter_time(s, p.seed, p.index);
+#endif
   return p;
 }
 
@@ -131,7 +153,11 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   uint i = get_global_id(0);
   for (uint k = i; k < counts_length; k += get_global_size(0)) counts[k] = k ? 0u : count;
   if (i >= count) return;
-  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, columns, stride, first_pixel, i));
+  Path p = start_path(s, params_buffer, results, columns, stride, first_pixel, i);
+  store_path(reals, uints, stride, i, p);
+#if SCENE_FEATURES & FEATURE_MOTION
+  reals[TIME_COLUMN * stride + i] = p.time;
+#endif
   queue[i] = i;
 }
 
@@ -169,7 +195,7 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   for (uint k = share.first + uint_of(get_local_id(0)); k < share.end;) {
     if (w.ref == NONE) {
       i = queue[k];
-      Path p = load_path(reals, uints, stride, i);
+      Path p = load_whole_path(reals, uints, stride, i);
       Ray ray = path_ray(p);
       way.inside = is_inside(p);
       if (way.inside) {
@@ -303,7 +329,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
     if (has_any(groups, GROUPS_LIGHT_GROUPS))
       columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
-    light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
+    light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, path_time(p), SCENE_FEATURES);
     if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
   }
 
@@ -361,7 +387,7 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   uint i = 0u, at_alive = 0u, at_connected = 0u;
   if (k < counts[2u * bounce]) {
     i = queue[k];
-    Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
+    Shaded r = shade_path(s, params, load_whole_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
                           results, columns, limits, stride);
     lives = r.alive;
     connects = r.connected;

@@ -15,6 +15,7 @@ constexpr uint MISS = NONE;
 struct Columns {
   real *reals;
   uint *uints;
+  const real *times; /* by slot; nullptr where nothing moves */
 };
 
 /* Scratch memory of one thread; every array is a column of CAPACITY values. */
@@ -66,6 +67,7 @@ struct Batch {
 
   /* Values of materials, a column a register: of the surfaces being shaded, and of those that shadow rays meet. */
   std::vector<real> registers, shadow_registers;
+  std::vector<real> times; /* of paths, by slot, where the scene has FEATURE_MOTION */
   std::vector<real> media; /* of paths inside an object, where the scene has FEATURE_SUBSURFACE */
   static_assert(REGISTER_STRIDE == CAPACITY);
 
@@ -75,7 +77,7 @@ struct Batch {
   uint64_t limits[LIMITS] = {};     /* paths that each bounce limit has ended */
   std::vector<uint> bins;
 
-  Columns columns() { return {path_reals[current], path_uints[current]}; }
+  Columns columns() { return {path_reals[current], path_uints[current], times.empty() ? nullptr : times.data()}; }
 };
 
 /* What paths that meet a material do there: they scatter, or have had their last bounce; and of materials with subsurface
@@ -154,14 +156,18 @@ FN void store_surface(Batch &__restrict b, uint i, Surface at) {
   b.backfacing[i] = at.backfacing;
 }
 
-FN Point load_point(const Batch &b, Columns c, uint i) {
+FN Path path_at(Columns c, uint i) {
   Path p = load_path(c.reals, c.uints, CAPACITY, i);
+  return path_at_time(p, c.times ? c.times[p.slot] : REAL(0.0));
+}
+
+FN Point load_point(const Batch &b, Columns c, uint i) {
+  Path p = path_at(c, i);
   return make_point(load_surface(b, i, 0), path_ray(p), load_hit(b, i), p.bounces, uint_of(path_passed(p)));
 }
 
 FN real3 shading_normal(const Batch &b, uint i) { return make_real3(b.nsx[i], b.nsy[i], b.nsz[i]); }
 
-FN Path path_at(Columns c, uint i) { return load_path(c.reals, c.uints, CAPACITY, i); }
 FN real3 local_wo(Columns c, Frame frame, uint i) {
   return to_local(frame, make_real3(-c.reals[PATH_REAL_dx * CAPACITY + i], -c.reals[PATH_REAL_dy * CAPACITY + i],
                                     -c.reals[PATH_REAL_dz * CAPACITY + i]));

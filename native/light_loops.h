@@ -65,25 +65,37 @@ static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
   }
 }
 
+FN void draw_light(Batch &__restrict b, Scene s, Columns columns, uint i, uint features) {
+  Path path = path_at(columns, i);
+  LightSample l = finish_light(s, load_walk(b, i), make_real3(b.px[i], b.py[i], b.pz[i]), b.light_u[i], b.light_fine[i],
+                               (path.bounces & 255u) + 1u, path_time(path), features);
+  b.ldx[i] = l.direction.x;
+  b.ldy[i] = l.direction.y;
+  b.ldz[i] = l.direction.z;
+  b.distance[i] = l.distance;
+  b.lr[i] = l.radiance.x;
+  b.lg[i] = l.radiance.y;
+  b.lb[i] = l.radiance.z;
+  b.light_pdf[i] = l.pdf;
+  b.can_be_hit[i] = l.can_be_hit;
+  b.light_hidden[i] = l.hidden;
+  b.light_instance[i] = l.instance;
+  b.light_primitive[i] = l.primitive;
+}
+
 template <uint FEATURES>
 static void draw_lights(Batch &__restrict b, Scene s, Group g) {
   Columns columns = b.columns();
-  FOR_PATHS(i, g.first, g.end) {
-    real3 p = make_real3(b.px[i], b.py[i], b.pz[i]);
-    LightSample l = finish_light(s, load_walk(b, i), p, b.light_u[i], b.light_fine[i],
-                                 (path_at(columns, i).bounces & 255u) + 1u, FEATURES);
-    b.ldx[i] = l.direction.x;
-    b.ldy[i] = l.direction.y;
-    b.ldz[i] = l.direction.z;
-    b.distance[i] = l.distance;
-    b.lr[i] = l.radiance.x;
-    b.lg[i] = l.radiance.y;
-    b.lb[i] = l.radiance.z;
-    b.light_pdf[i] = l.pdf;
-    b.can_be_hit[i] = l.can_be_hit;
-    b.light_hidden[i] = l.hidden;
-    b.light_instance[i] = l.instance;
-    b.light_primitive[i] = l.primitive;
+  FOR_PATHS(i, g.first, g.end) draw_light(b, s, columns, i, FEATURES);
+}
+
+/* Once more those that are triangles on what moves, where they are at their paths' times. */
+static void draw_moving_lights(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  uint features = s.world[0].features;
+  for (uint i = g.first; i < g.end; i++) {
+    uint instance = b.light_instance[i];
+    if (in_motion(s, instance, features) || in_deformation(s, instance, features)) draw_light(b, s, columns, i, features);
   }
 }
 

@@ -51,6 +51,14 @@ FN_APART void move_paths(Batch &__restrict b, Scene s) {
   }
 }
 
+FN_APART void time_paths(Batch &__restrict b, Scene s) {
+  real *__restrict times = b.times.data();
+  FOR_PATHS(i, 0, b.count) {
+    Path p = load_path(b.path_reals[0], b.path_uints[0], CAPACITY, i);
+    times[i] = shutter_time(s, p.seed, p.index);
+  }
+}
+
 template <int... KINDS>
 static auto generate_functions(std::integer_sequence<int, KINDS...>) {
   return std::array{&generate_paths<KINDS>...};
@@ -63,6 +71,7 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
   b.count = part.pixels * samples;
   functions[s.camera[0].kind](b, s, params, part, first_sample, samples);
   if (s.camera[0].poses) move_paths(b, s);
+  if (!b.times.empty()) time_paths(b, s);
   if (params.cut_plane)
     for (real *cut : b.cut) std::fill(cut, cut + b.count, REAL(0.0));
   if (params.groups)
@@ -277,6 +286,7 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
     std::unique_ptr<Walkers> walkers;
+    if (s.world[0].features & FEATURE_MOTION) batch->times.resize(CAPACITY);
     if (s.world[0].features & FEATURE_SUBSURFACE) {
       walkers = std::make_unique<Walkers>();
       batch->media.resize(size_t(MEDIUM_COLUMNS) * CAPACITY);

@@ -38,6 +38,18 @@ static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
   }
 }
 
+/* Those on what moves once more, where it is at their paths' times: one by one, so that other scenes' loop stays as it
+ * is. */
+static void make_moving_surfaces(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  uint features = s.world[0].features;
+  for (uint i = g.first; i < g.end; i++) {
+    Hit h = load_hit(b, i);
+    if (in_motion(s, h.instance, features) || in_deformation(s, h.instance, features))
+      store_surface(b, i, make_surface(s, path_ray(path_at(columns, i)), h, features));
+  }
+}
+
 static void shade_emission(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
@@ -322,6 +334,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   Material m = met_material(s.materials[g.material], g.meeting == MEETS_DIFFUSE);
   if (g.meeting == COMES_OUT) m = exit_material(s, m);
   make_surfaces<FEATURES>(b, s, g);
+  if (s.world[0].features & FEATURE_MOTION) make_moving_surfaces(b, s, g);
   run_values(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
   if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
@@ -347,6 +360,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     else if (features & FEATURE_SHINES) draw_lights<LAMPS>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
+    if (features & FEATURE_MOTION) draw_moving_lights(b, s, g);
     if (features & FEATURE_LINKING) link_samples(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
     if (split) note_light_shares(b, params, g);

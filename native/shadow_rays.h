@@ -5,9 +5,9 @@
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
-FN Ray light_ray(const Batch &b, uint at) {
+FN Ray light_ray(Batch &b, uint at) {
   return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
-                    b.distance[at], b.light_instance[at], b.light_primitive[at]);
+                    b.distance[at], b.light_instance[at], b.light_primitive[at], path_time(path_at(b.columns(), at)));
 }
 
 /* The shadow rays of a group's connections that bring light: their paths in key. */

@@ -199,13 +199,15 @@ static bool step_other(Lane &l, const WideTree &tree, Scene s, int any) {
     enter_space(l, l.ray.origin, l.ray.direction, NONE);
   } else if (REF_KIND(ref) == REF_SPHERE) {
     float before = l.best.t;
-    l.best = hit_sphere(s, REF_INDEX(ref), l.local, l.ray, l.best);
+    l.best = l.instance == NONE ? hit_sphere(s, REF_INDEX(ref), l.local, l.ray, l.best)
+                                : hit_deforming(s, REF_INDEX(ref), l.instance, l.local, l.ray, l.best);
     if (l.best.t < before || (any && l.best.instance != NONE)) shorten(l, any);
   } else {
     const Instance &i = s.instances[REF_INDEX(ref)];
     if ((i.visibility & l.ray.kind) && is_within(REF_INDEX(ref), l.ray)) {
       push(l, REF_RETURN);
-      enter_space(l, transform_point(i.to_object, l.ray.origin), transform_vector(i.to_object, l.ray.direction), REF_INDEX(ref));
+      LocalRay local = ray_in_instance(s, REF_INDEX(ref), l.ray);
+      enter_space(l, local.origin, local.direction, REF_INDEX(ref));
       push(l, tree.roots[REF_INDEX(ref)]);
     }
   }

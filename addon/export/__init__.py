@@ -13,30 +13,32 @@ from .camera import camera_of, export_camera, resolution_of, view_of
 from .changes import Changes, Meshes, OthersMet
 from .instances import Gatherer
 from .light import join_lights
-from .motion import with_motion
+from .motion import follows_motion, middle_of_shutter, with_motion
+from .moving import identities
 from .notes import Notes
 from .world import export_world, mist_of, occlusion_distance_of
 
-__all__ = ["export_scene", "seen_from"]
+__all__ = ["export_scene", "follows_motion", "middle_of_shutter", "seen_from"]
 
 
 def export_scene(depsgraph, *, resolution: tuple[int, int] | None = None, camera=None,
-                 changes: Changes | None = None) -> Scene:
+                 changes: Changes | None = None, frame: int | None = None) -> Scene:
     """Everything that the dependency graph shows, as a Scene with the names of things and notes.
 
     `depsgraph` is evaluated for rendering (as RenderEngine.render gets it) or for the viewport; its
     view layer is the one exported. `resolution` (width, height in pixels) and `camera` (an Object)
-    stand in for the scene's own. `changes` belongs to the engine and saves reading meshes again that
-    its dependency graph has not evaluated anew. Raises SceneError, naming the scene, where there is no camera.
+    stand in for the scene's own, `frame` for its frame as far as pictures go. `changes` belongs to the engine and saves
+    reading meshes again that its dependency graph has not evaluated anew. Raises SceneError, naming the scene, where
+    there is no camera.
     """
     changes = changes or Changes()
     before = changes.unchanged_meshes(depsgraph)
     try:
         meshes = Meshes(before)
-        scene = export_with(meshes, depsgraph, resolution, camera)
+        scene = export_with(meshes, depsgraph, resolution, camera, frame)
     except OthersMet:
         meshes = Meshes()
-        scene = export_with(meshes, depsgraph, resolution, camera)
+        scene = export_with(meshes, depsgraph, resolution, camera, frame)
     changes.exported(meshes)
     return scene
 
@@ -55,7 +57,7 @@ def seen_from(scene: Scene, engine, depsgraph, view: str = "") -> Scene:
     return made
 
 
-def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
+def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
     """As export_scene. Raises OthersMet where the meshes are those of an export before, and others are there now."""
     notes = Notes()
     scene = depsgraph.scene_eval
@@ -64,7 +66,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         camera = camera.evaluated_get(depsgraph)
     resolution = resolution or resolution_of(scene.render)
     arrays = export_camera(scene, camera, resolution, notes)
-    gatherer = Gatherer(depsgraph, arrays["origin"], notes, meshes)
+    gatherer = Gatherer(depsgraph, arrays["origin"], notes, meshes, scene.frame_current if frame is None else frame)
     gatherer.gather()
     materials = list(gatherer.material_names)  # of objects
     world = export_world(scene, notes, gatherer.lookups)
@@ -95,8 +97,11 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         "assets": sorted(set(gatherer.mattes.assets.values())),
     }
     arrays |= gatherer.mattes.arrays(names["instances"], names["spheres"], materials,
-                                     len(gatherer.programs) - len(materials))
-    return make_scene(names, notes.entries, **arrays)
+                                      len(gatherer.programs) - len(materials))
+    made = make_scene(names, notes.entries, **arrays)
+    if follows_motion(depsgraph):
+        made.identities = identities(depsgraph, [instance[0] for instance in gatherer.instances])
+    return made
 
 
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:

@@ -37,15 +37,14 @@ LEFT_OUT = {
 class Gatherer:
     """Collects meshes, instances, spheres, materials and lamps while the dependency graph is walked."""
 
-    def __init__(self, depsgraph, origin: np.ndarray, notes, meshes: Meshes):
+    def __init__(self, depsgraph, origin: np.ndarray, notes, meshes: Meshes, frame: int):
         self.depsgraph, self.origin, self.notes, self.meshes = depsgraph, origin, notes, meshes
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
-        self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
+        self.lookups = Lookups(frame, self.view_layer_value)
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
-        self.mattes = Mattes(self.view_layer)
-        self.linking = LightLinking(notes)
+        self.linking, self.mattes = LightLinking(notes), Mattes(self.view_layer)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []

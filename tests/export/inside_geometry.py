@@ -273,13 +273,19 @@ def test_left_out_objects_are_named():
     emitter = add("hairy", square())
     emitter.modifiers.new("p", "PARTICLE_SYSTEM").particle_system.settings.type = "HAIR"
     bpy.context.scene.render.use_motion_blur = True
-    moving = add("moving", cube())
+    ball = add("ball", cube())
+    ball["isophote_as_sphere"] = True
+    growing = add("growing", cube())
+    count = growing.modifiers.new("array", "ARRAY")
     for frame in (0, 2):
-        moving.location.x = frame
-        moving.keyframe_insert("location", frame=frame)
+        ball.location.x = frame
+        ball.keyframe_insert("location", frame=frame)
+        count.count = 1 + 6 * frame
+        count.keyframe_insert("count", frame=frame)
     bpy.context.scene.cycles.rolling_shutter_type = "TOP"
     scene = export()
-    for name, word in (("smoke", "volume"), ("hairy", "hair"), ("moving", "moves while"), ("Scene", "rolling shutter")):
+    for name, word in (("smoke", "volume"), ("hairy", "hair"), ("ball", "sphere"), ("growing", "other vertices"),
+                       ("Scene", "rolling shutter")):
         assert any(word in what for what in notes_of(scene, name)), (name, scene.notes)
 
 

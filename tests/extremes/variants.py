@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from bench.parity import differing_floats, expose, full_frame
+from bench.specialise import WANTING
 from isophote.device import list_kind, open_device
 from isophote.film import Film
 from isophote.materials import OPERATIONS
@@ -121,7 +122,7 @@ def for_any_scene(prepared):
     every = sum(value for name, value in n.items() if name.startswith("FEATURE_")) & ~lights
     every |= lights if prepared.features & lights else 0
     # These say that there is an array of slots, and values that are computed of surfaces, the world and lights.
-    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "LENS", "CAMERA_MOTION")
+    there = ("SLOTS", "VALUES", "BUMP", "LENS", *WANTING)
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
     closures = [number for name, (number, _) in OPERATIONS.items() if name != "emission"]
     unused = make_records("Instruction", len(closures), op=closures)

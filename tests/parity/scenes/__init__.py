@@ -9,6 +9,7 @@ from isophote.values import ARITHMETIC, clamp
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
 from tests.parity.scenes.linked import linked
+from tests.parity.scenes.moving import between_frames, moving
 from tests.parity.scenes.pictures import pictures
 from tests.parity.scenes.shown import NAMED, shown
 from tests.parity.scenes.skies import under_skies
@@ -266,7 +267,7 @@ def skins() -> Scene:
 
 SCENES = {scene.__name__: scene for scene in (
     cornell_like, spheres, instances, lamps, shaped_lamps, closures, rare_closures, conversions, inputs, pictures,
-    shown, under_skies, moving_panorama, skins, linked)}
+    shown, under_skies, moving_panorama, skins, linked, moving, between_frames)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -278,6 +279,8 @@ SETTINGS = {
     "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
     "moving_panorama": dict(max_bounces=4),
+    "between_frames": dict(max_bounces=3),
+    "moving": dict(max_bounces=6, clamp_indirect=8.0),
     "inputs": dict(max_bounces=6),
     "shown": dict(film_transparent=True, named=NAMED),
     "skins": dict(film_transparent=True, clamp_indirect=4.0),
