@@ -167,21 +167,18 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     changes = kept.differing(inputs) if kept else set(INPUTS)
     if not changes:
         return kept
-    users = np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
+    users = mesh_users(scene)
     uses = mesh_uses(scene, users)
-    instances, spheres = make_instances(scene, users), make_spheres(scene)
     same_trees = changes.isdisjoint(OF_TREES)
-    vertices = kept.buffers["vertices"] if same_trees else baked_vertices(scene, uses)
-    buffers = {"vertices": vertices, "indices": scene.triangles, "normals": baked_normals(scene, uses),
-               "slots": scene.triangle_slots, "spheres": spheres, "instances": instances}
+    buffers = baked_buffers(scene, users, uses, kept.buffers["vertices"] if same_trees else None)
     if same_trees:
         made = Geometry(buffers, kept.meshes, scene.instance_mesh, kept.contents, inputs, trees=kept.trees)
         if "wide_tree" in vars(kept):
             made.wide_tree = kept.wide_tree
         return made
-    meshes = _native.Meshes(vertices, scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
+    meshes = _native.Meshes(buffers["vertices"], scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
     contents = [content_of(scene, mesh, [mesh]) for mesh in np.flatnonzero(users > 1).tolist()]
-    contents.append(world_content(scene, users, spheres, instances))
+    contents.append(world_content(scene, users, buffers["spheres"], buffers["instances"]))
     before = kept.as_before(changes.isdisjoint(OF_MESHES)) if kept else NOTHING
     made = Geometry(buffers, meshes, scene.instance_mesh, contents, inputs, before)
     if not before.wide_tree:
@@ -190,6 +187,18 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
 
 
 # ------------------------------------------------------------------ meshes
+
+
+def mesh_users(scene: Scene) -> np.ndarray:
+    """How many instances each mesh has."""
+    return np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
+
+
+def baked_buffers(scene: Scene, users: np.ndarray, uses: np.ndarray, vertices: np.ndarray | None = None) -> dict:
+    """Buffers by name (kernels/scene_buffers.h) of all that does not need trees; `vertices` where they are known."""
+    return {"vertices": baked_vertices(scene, uses) if vertices is None else vertices, "indices": scene.triangles,
+            "normals": baked_normals(scene, uses), "slots": scene.triangle_slots, "spheres": make_spheres(scene),
+            "instances": make_instances(scene, users)}
 
 
 def mesh_uses(scene: Scene, users: np.ndarray) -> np.ndarray:

@@ -88,7 +88,12 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera) -> Scene:
         "aovs": list(gatherer.aovs) if gatherer.programs else [],
         "light_groups": list(gatherer.light_groups.names),
     }
-    return make_scene(names, notes.entries, **arrays)
+    scene = make_scene(names, notes.entries, **arrays)
+    if not gatherer.displacements:
+        return scene
+    from isophote.displace import displaced  # the add-on loads without the native module, to say what is wrong
+
+    return displaced(scene, gatherer.displacements, meshes.flat_normals)
 
 
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
