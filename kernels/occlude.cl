@@ -6,7 +6,7 @@ __kernel void occlude(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL 
   MAKE_SCENE
   uint k = get_global_id(0);
   if (k >= counts[2u * bounce]) return;
-  Path p = load_path(reals, uints, stride, queue[k]);
+  Path p = load_whole_path(reals, uints, stride, queue[k]);
   Hit h = load_hit(hit_reals, hit_uints, stride, queue[k]);
   if (!is_seen(p, h)) return;
   real registers[REGISTERS];
