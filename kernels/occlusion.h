@@ -22,7 +22,9 @@ FN real3 diffuse_normal(Scene s, Material m, Surface at, Path p, const real *r) 
 
 /* Whether a path's hit counts, and how many of the material's steps then do. */
 FN int is_seen(Path p, Hit h) { return path_bounce(p) == 0 && !is_inside(p) && h.instance != NONE; }
-FN uint occlusion_steps(Material m) { return (m.flags & MATERIAL_BUMPS) ? m.steps : m.shadow_steps; }
+FN uint occlusion_steps(Material m) {
+  return (m.flags & (MATERIAL_BUMPS | MATERIAL_HOLDS_OUT)) ? m.steps : m.shadow_steps;
+}
 
 /* A ray that is drawn in proportion to the cosine, and what the pass gets where it is free. */
 FN Connection connect_surroundings(Scene s, Material m, Surface at, Path p, const real *r) {
@@ -32,7 +34,7 @@ FN Connection connect_surroundings(Scene s, Material m, Surface at, Path p, cons
   real3 through = (m.flags & MATERIAL_TRANSPARENT) ? material_transparency(m, r) : zero3();
   c.ray = shadow_ray(offset_origin(at, direction), direction, to_real(s.world[0].occlusion_distance), NONE, NONE,
                      path_time(p));
-  c.brought.light = path_throughput(p) * saturate3(splat3(REAL(1.0)) - through);
+  c.brought.light = select3(is_held_out(s, m, r), zero3(), path_throughput(p) * saturate3(splat3(REAL(1.0)) - through));
   c.passed = uint_of(path_passed(p));
   c.bounces = p.bounces;
   return c;
