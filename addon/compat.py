@@ -253,6 +253,12 @@ def bump_filter(node) -> float:
     return max(float(socket.default_value), 1e-3) if socket is not None else 1.0
 
 
+def is_diced(ob) -> bool:
+    """Whether Cycles would subdivide an object by how large the camera sees it: of its modifier since 5.0."""
+    owners = (getattr(ob, "cycles", None), *ob.modifiers[-1:])
+    return any(getattr(owner, "use_adaptive_subdivision", False) for owner in owners)
+
+
 def displacement_method(material) -> str:
     """BUMP, DISPLACEMENT or BOTH: what Cycles makes of a material's displacement; Cycles' own property before 4.1."""
     for owner in (material, getattr(material, "cycles", None)):

@@ -168,23 +168,19 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     changes = kept.differing(inputs) if kept else set(INPUTS)
     if not changes:
         return kept
-    users = np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
-    own = own_trees(scene, users)
+    own = own_trees(scene)
     uses = mesh_uses(scene, own)
-    instances, spheres = make_instances(scene, own), make_spheres(scene)
     same_trees = changes.isdisjoint(OF_TREES)
-    vertices = kept.buffers["vertices"] if same_trees else baked_vertices(scene, uses)
-    buffers = {"vertices": vertices, "indices": scene.triangles, "normals": baked_normals(scene, uses),
-               "slots": scene.triangle_slots, "spheres": spheres, "instances": instances}
-    buffers |= motion.motion_buffers(scene)
+    buffers = baked_buffers(scene, own, uses, kept.buffers["vertices"] if same_trees else None)
     if same_trees:
         made = Geometry(buffers, kept.meshes, scene.instance_mesh, kept.contents, inputs, trees=kept.trees)
         if "wide_tree" in vars(kept):
             made.wide_tree = kept.wide_tree
         return made
-    meshes = _native.Meshes(vertices, scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
-    contents = [mesh_content(scene, mesh) for mesh in np.flatnonzero(own & (users > 0)).tolist()]
-    contents.append(world_content(scene, np.flatnonzero(~own & (users > 0)), spheres, instances))
+    meshes = _native.Meshes(buffers["vertices"], scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
+    used = mesh_users(scene) > 0
+    contents = [mesh_content(scene, mesh) for mesh in np.flatnonzero(own & used).tolist()]
+    contents.append(world_content(scene, np.flatnonzero(~own & used), buffers["spheres"], buffers["instances"]))
     before = kept.as_before(changes.isdisjoint(OF_MESHES)) if kept else NOTHING
     made = Geometry(buffers, meshes, scene.instance_mesh, contents, inputs, before)
     if not before.wide_tree:
@@ -195,11 +191,24 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
 # ------------------------------------------------------------------ meshes
 
 
-def own_trees(scene: Scene, users: np.ndarray) -> np.ndarray:
+def mesh_users(scene: Scene) -> np.ndarray:
+    """How many instances each mesh has."""
+    return np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
+
+
+def own_trees(scene: Scene) -> np.ndarray:
     """Mask (M) of meshes that have a tree of their own: those with several users, and what moves or deforms."""
-    own = (users > 1) | motion.deforming(scene)
+    own = (mesh_users(scene) > 1) | motion.deforming(scene)
     own[scene.instance_mesh[motion.moving(scene)]] = True
     return own
+
+
+def baked_buffers(scene: Scene, own: np.ndarray, uses: np.ndarray, vertices: np.ndarray | None = None) -> dict:
+    """Buffers by name (kernels/scene_buffers.h) of all that does not need trees; `vertices` where they are known."""
+    made = {"vertices": baked_vertices(scene, uses) if vertices is None else vertices, "indices": scene.triangles,
+            "normals": baked_normals(scene, uses), "slots": scene.triangle_slots, "spheres": make_spheres(scene),
+            "instances": make_instances(scene, own)}
+    return made | motion.motion_buffers(scene)
 
 
 def mesh_uses(scene: Scene, own: np.ndarray) -> np.ndarray:

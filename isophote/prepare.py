@@ -78,8 +78,18 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     """
     started = time.perf_counter()
     geometry = make_geometry(scene, kept)
+    buffers = program_buffers(scene, geometry.buffers)
+    buffers |= as_kernels_have_them(make_lights(scene, buffers))
+    features = int(buffers["world"]["features"][0])
+    closures = sum(1 << int(op) for op in np.unique(buffers["instructions"]["op"]))
+    return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
+                    tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+
+
+def program_buffers(scene: Scene, geometry: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """All that programs of materials read: the buffers of a geometry, and what there is but lights."""
     materials, instructions = make_materials(scene)
-    buffers = geometry.buffers | {
+    buffers = geometry | {
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": filter_tables(scene), "albedo_tables": albedo_tables(instructions),
@@ -90,11 +100,7 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
         buffers |= stand_ins(scene, buffers)
-    buffers |= as_kernels_have_them(make_lights(scene, buffers))
-    features = int(buffers["world"]["features"][0])
-    closures = sum(1 << int(op) for op in np.unique(instructions["op"]))
-    return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
-                    tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+    return buffers
 
 
 def stand_ins(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -101,7 +101,11 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
     made = make_scene(names, notes.entries, **arrays)
     if follows_motion(depsgraph):
         made.identities = identities(depsgraph, [instance[0] for instance in gatherer.instances])
-    return made
+    if not gatherer.displacements:
+        return made
+    from isophote.displace import displaced  # the add-on loads without the native module, to say what is wrong
+
+    return displaced(made, gatherer.displacements, meshes.flat_normals)
 
 
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:

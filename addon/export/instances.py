@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.material_program import MaterialProgram
+from isophote.material_program import Displacement, MaterialProgram
 from isophote.records import numbers
 
+from .. import compat
 from .aovs import aovs_of
 from .changes import Meshes
 from .instance_values import KINDS, instance_values, property_value
@@ -47,6 +48,7 @@ class Gatherer:
         self.linking, self.mattes = LightLinking(notes), Mattes(self.view_layer)
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
+        self.displacements: dict[int, Displacement] = {}  # by material
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
         self.slots: list[int] = []
@@ -116,7 +118,11 @@ class Gatherer:
         if is_sphere(ob):
             self.add_sphere(self.matrices[number], ob, parts, shared)
             return
-        mesh = self.meshes.number_of(ob, self.attributes_of(ob))
+        displaced = self.displacing_slots(ob)
+        if displaced and compat.is_diced(ob):
+            self.notes.add("object", ob.name, "adaptive subdivision is not supported: displaced as its modifier "
+                                              "subdivides it")
+        mesh = self.meshes.number_of(ob, self.attributes_of(ob), displaced)
         if mesh is None:
             return
         self._looks[key] = [(mesh, self.slots_of(ob, self.meshes.needed[mesh], part.held_out), part.visibility, *shared)
@@ -156,10 +162,18 @@ class Gatherer:
         if key not in self._material_of:
             make = held_out_program if held_out else material_program
             self._material_of[key] = len(self.programs)
-            self.programs.append(make(material, self.notes, self.lookups, self.aovs))
+            program, displacement = make(material, self.notes, self.lookups, self.aovs)
+            if displacement:
+                self.displacements[len(self.programs)] = displacement
+            self.programs.append(program)
             self.material_names.append(NO_MATERIAL if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
         return self._material_of[key]
+
+    def displacing_slots(self, ob) -> tuple[int, ...]:
+        """Materials of an object's slots where one of them displaces its mesh, else none."""
+        slots = tuple(self.slot_list(ob))
+        return slots if not self.displacements.keys().isdisjoint(slots) else ()
 
     def add_program(self, program: MaterialProgram, name: str) -> int:
         """The number of a material that no object has."""
@@ -174,7 +188,10 @@ class Gatherer:
             self.slot_list(ob)  # which exports the materials
         if not self.lookups.attributes:
             return []
-        wanted = {number for material in self.slot_list(ob) for number in self.programs[material].attributes}
+        slots = self.slot_list(ob)
+        programs = [self.programs[material] for material in slots]
+        programs += [self.displacements[material].program for material in slots if material in self.displacements]
+        wanted = {number for program in programs for number in program.attributes}
         wanted |= {self.uv} if self.uv is not None else set()
         return [key for key, number in self.lookups.attributes.items() if number in wanted]
 

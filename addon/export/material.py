@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.material_program import MaterialProgram, make_material
+from isophote.material_program import Displacement, MaterialProgram, make_displacement, make_material
 from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
 
 from .. import compat
@@ -30,7 +30,7 @@ from .lookups import Lookups
 from .nodes import find_input, source_of
 from .principled import principled
 from .subsurface import subsurface_scattering
-from .value_nodes.normals import displaced_normal
+from .value_nodes.normals import displaced_normal, moved_normal
 from .values import Values, as_triple, each, grey, not_negative, saturate
 
 DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
@@ -39,12 +39,14 @@ DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
 TOO_LARGE = (1.0, 0.0, 1.0)  # radiance of a material that could not be compiled
 
 
-def material_program(material, notes, lookups: Lookups, aovs: tuple[str, ...] = ()) -> MaterialProgram:
-    """The program of a bpy Material, or of None, with what it has for AOVs (aovs.aovs_of)."""
+def material_program(material, notes, lookups: Lookups,
+                     aovs: tuple[str, ...] = ()) -> tuple[MaterialProgram, Displacement | None]:
+    """The program of a bpy Material, or of None, with what it has for AOVs (aovs.aovs_of); how it moves surfaces."""
     return program_of(material, notes, lookups, aovs, lambda closures: closures)
 
 
-def held_out_program(material, notes, lookups: Lookups, aovs: tuple[str, ...] = ()) -> MaterialProgram:
+def held_out_program(material, notes, lookups: Lookups,
+                     aovs: tuple[str, ...] = ()) -> tuple[MaterialProgram, Displacement | None]:
     """The same as a hole: all that is not transparent of it is a holdout."""
     return program_of(material, notes, lookups, aovs, held_out)
 
@@ -58,21 +60,37 @@ def held_out(closures: list[Closure]) -> list[Closure]:
     return [*passing, Closure("holdout", share)]
 
 
-def program_of(material, notes, lookups: Lookups, aovs: tuple[str, ...], changed) -> MaterialProgram:
+def program_of(material, notes, lookups: Lookups, aovs: tuple[str, ...],
+               changed) -> tuple[MaterialProgram, Displacement | None]:
     """`changed` makes the closures that count of those that the nodes have."""
     if material is None:
-        return make_material(arrange(changed([Closure("diffuse", np.full(3, DEFAULT_GREY))])))
+        return make_material(arrange(changed([Closure("diffuse", np.full(3, DEFAULT_GREY))]))), None
     values = Values("material", material.name, notes, lookups)
     values.material_index = material.pass_index
     if not compat.uses_nodes(material):
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
-        return make_material(arrange(changed([Closure("diffuse", np.array(material.diffuse_color[:3]))])))
+        return make_material(arrange(changed([Closure("diffuse", np.array(material.diffuse_color[:3]))]))), None
     try:
+        displacement = displace(material, values)
         closures = arrange(changed(surface_closures(material, values)))
-        return make_material(closures, shown_values(material, values, aovs))
+        return make_material(closures, shown_values(material, values, aovs)), displacement
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
-        return make_material(arrange([Closure("emission", np.array(TOO_LARGE))]))
+        return make_material(arrange([Closure("emission", np.array(TOO_LARGE))])), None
+
+
+def displace(material, values: Values) -> Displacement | None:
+    """How the output moves the surface, None where it does not. What it bends becomes the values' surface normal."""
+    output = material.node_tree.get_output_node("CYCLES")
+    if output is None or not values.is_linked(output, (), "Displacement"):
+        return None
+    method, vector = compat.displacement_method(material), values.vector(output, (), "Displacement")
+    if method == "BUMP":
+        values.surface_normal = displaced_normal(values, vector)
+        return None
+    if method == "BOTH":
+        values.surface_normal = moved_normal(values, vector)
+    return make_displacement(vector, turns_normals=method == "DISPLACEMENT")
 
 
 def surface_closures(material, values: Values) -> list[Closure]:
@@ -83,10 +101,6 @@ def surface_closures(material, values: Values) -> list[Closure]:
         return []
     if output.inputs["Volume"].is_linked and source_of(output.inputs["Volume"]).node is not None:
         values.note(f"{output.name}: volume is not supported: left out")
-    if values.is_linked(output, (), "Displacement"):
-        if compat.displacement_method(material) != "BUMP":
-            values.note("true displacement is not supported: rendered as bump")
-        values.surface_normal = displaced_normal(values, values.vector(output, (), "Displacement"))
     surface = find_input(output, "Surface")
     if source_of(surface).node is None and output.inputs["Volume"].is_linked:
         return [Closure("transparent", np.ones(3))]  # a volume's boundary does not show

@@ -21,12 +21,15 @@ from .notes import Notes
 
 MOVED = 1e-6  # relative change of a matrix from which on an object counts as moving
 OTHER_VERTICES = "its mesh has other vertices while the shutter is open: it stays"
+SAME_DISPLACEMENT = "its mesh deforms while the shutter is open, its displacement is that of the middle of that time"
 
 
 def identities(depsgraph, numbers: list[int]) -> list[tuple]:
-    """What tells instances, by their numbers in depsgraph.object_instances, ascending, from others at any time."""
+    """What tells instances, by their numbers in depsgraph.object_instances, from others at any time. A number may be
+    there twice, as that of an object that is held out."""
     wanted = set(numbers)
-    return [identity(instance) for number, instance in enumerate(depsgraph.object_instances) if number in wanted]
+    found = {k: identity(instance) for k, instance in enumerate(depsgraph.object_instances) if k in wanted}
+    return [found[number] for number in numbers]
 
 
 def identity(instance) -> tuple:
@@ -93,10 +96,11 @@ class Moving:
     mesh_steps: dict[int, int] = field(default_factory=dict)
 
     def __post_init__(self):
-        self.row_of = {key: row for row, key in enumerate(self.scene.identities)}
+        self.row_of: dict[tuple, int] = {}  # first row of each identity
+        self.first_rows = [self.row_of.setdefault(key, row) for row, key in enumerate(self.scene.identities)]
 
     def prepare(self, depsgraph) -> None:
-        self.steps = [0] * len(self.row_of)
+        self.steps = [0] * len(self.first_rows)
         for key, instance in walk(depsgraph):
             ob, parent = instance.object, instance.parent if instance.is_instance else None
             row, steps = self.row_of.get(key), 1 if self.all_move else motion_steps(ob, parent)
@@ -114,7 +118,7 @@ class Moving:
         return {part for steps in set(self.steps) if steps for part in parts_of(steps)}
 
     def look(self, depsgraph, time: float) -> None:
-        places = self.places[time] = np.full((len(self.row_of), 4, 4), np.nan)
+        places = self.places[time] = np.full((len(self.first_rows), 4, 4), np.nan)
         for key, instance in walk(depsgraph):
             row = self.row_of.get(key)
             if row is not None:
@@ -140,8 +144,9 @@ class Moving:
     def key_arrays(self) -> dict[str, np.ndarray]:
         own = self.scene.instance_to_world
         counts, keys = np.zeros(len(own), np.uint32), []
-        for row, steps in enumerate(self.steps):
-            made = [self.place_at(row, time) for time in parts_of(steps)] if steps else []
+        for row, first in enumerate(self.first_rows):
+            steps = self.steps[first]
+            made = [self.place_at(first, time) for time in parts_of(steps)] if steps else []
             limit = MOVED * np.abs(own[row]).max()
             if not all(np.abs(each - own[row]).max() <= limit for each in made):
                 counts[row] = len(made)
@@ -159,13 +164,18 @@ class Moving:
 
     def shape_arrays(self, depsgraph) -> dict[str, np.ndarray]:
         deforming = {mesh: shapes for mesh, shapes in self.shapes.items() if all(shapes.values())}
-        found = {}
+        found, displacements = {}, {}
         for key, instance in walk(depsgraph) if deforming else ():
             mesh = self.users.get(key)
             if mesh in deforming:
                 found[mesh] = corners_of_vertices(self.scene, mesh, instance.object)
                 if found[mesh] is None:
                     self.notes.add("object", instance.object.name, OTHER_VERTICES)
+                    continue
+                own = slice(self.scene.mesh_vertices[mesh], self.scene.mesh_vertices[mesh + 1])
+                displacements[mesh] = self.scene.vertices[own] - read_shape(instance.object).vertices[found[mesh][0]]
+                if displacements[mesh].any():
+                    self.notes.add("object", instance.object.name, SAME_DISPLACEMENT)
         counts, vertices, normals = np.zeros(len(self.scene.mesh_normals), np.uint32), [], []
         for mesh, corners in sorted(found.items()):
             if corners is None:
@@ -176,10 +186,12 @@ class Moving:
             counts[mesh] = len(times)
             for time in times:
                 shape = deforming[mesh].get(time)
-                vertices.append(shape.vertices[corners[0]] if shape else self.scene.vertices[own])
+                moved = displacements[mesh]
+                vertices.append(shape.vertices[corners[0]] + moved if shape else self.scene.vertices[own])
                 if first >= 0:
                     stays = self.scene.normals[first:first + own.stop - own.start]
-                    normals.append(shape.normals[corners[1]] if shape and shape.normals is not None else stays)
+                    turns = shape and shape.normals is not None and not moved.any()
+                    normals.append(shape.normals[corners[1]] if turns else stays)
         if not vertices:
             return {}
         made = {"mesh_keys": counts, "key_vertices": np.concatenate(vertices)}

@@ -43,8 +43,9 @@ def scaled(scene: Scene, factor: float) -> Scene:
     return changed(
         scene, camera_to_world=far(scene.camera_to_world), camera_clip=scene.camera_clip * factor,
         camera_lens=scene.camera_lens * (factor, factor, 1, 1, 1),
-        camera_window=scene.camera_window * (factor if scene.camera_kind else 1), vertices=scene.vertices,
-        instance_to_world=scene.instance_to_world * factor, sphere_center=scene.sphere_center * factor,
+        camera_window=scene.camera_window * (factor if scene.camera_kind == 1 else 1), vertices=scene.vertices,
+        instance_to_world=scene.instance_to_world * factor, key_to_world=scene.key_to_world * factor,
+        camera_poses=scene.camera_poses * ([factor] * 3 + [1] * 4), sphere_center=scene.sphere_center * factor,
         sphere_radius=scene.sphere_radius * factor, light_to_world=far(scene.light_to_world),
         light_size=scene.light_size * np.where(sun, 1, factor),
         light_strength=scene.light_strength * np.where(sun, 1, factor ** 2))
@@ -52,9 +53,11 @@ def scaled(scene: Scene, factor: float) -> Scene:
 
 def scaled_vertices(scene: Scene, factor: float) -> Scene:
     """As `scaled`, but what grows are the meshes and not their instances' matrices."""
-    grown, matrices = scaled(scene, factor), scene.instance_to_world.copy()
+    grown, matrices, keys = scaled(scene, factor), scene.instance_to_world.copy(), scene.key_to_world.copy()
     matrices[:, :, 3] *= factor
-    return changed(grown, instance_to_world=matrices, vertices=scene.vertices * np.float32(factor))
+    keys[:, :, 3] *= factor
+    return changed(grown, instance_to_world=matrices, key_to_world=keys, vertices=scene.vertices * np.float32(factor),
+                   key_vertices=scene.key_vertices * np.float32(factor))
 
 
 def moved(scene: Scene, offset) -> Scene:
@@ -86,6 +89,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
         "instance_to_world": np.concatenate([into, np.broadcast_to(place(), (meshes, 3, 4))]),
         "instance_visibility": np.append(scene.instance_visibility, np.zeros(meshes)),
         "instance_slots": np.append(scene.instance_slots, np.full(meshes, len(scene.slot_materials))),
+        "instance_keys": np.append(scene.instance_keys, np.zeros(meshes)),
         "slot_materials": np.append(scene.slot_materials, np.full(slots, black)),
         "material_first": np.append(scene.material_first, len(scene.instruction_op) + 1),
         "instruction_op": np.append(scene.instruction_op, OPERATIONS["diffuse"][0]),
@@ -121,7 +125,7 @@ def for_any_scene(prepared):
     lights = n["FEATURE_LIGHTS"] | n["FEATURE_LAMPS"] | n["FEATURE_VISIBLE_LIGHTS"]
     every = sum(value for name, value in n.items() if name.startswith("FEATURE_")) & ~lights
     every |= lights if prepared.features & lights else 0
-    # These say that there is an array of slots, and values that are computed of surfaces, the world and lights.
+    # These say that there are arrays of slots and poses, and values that are computed of surfaces, the world, lights.
     there = ("SLOTS", "VALUES", "BUMP", "LENS", *WANTING)
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
     closures = [number for name, (number, _) in OPERATIONS.items() if name != "emission"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.cycles_compare import render_both
-from tests.images.patches import make_blends
+from tests.images.patches import make_blends, patches_of
 
 PATCH = 32  # pixels
 # Samples of a replicate and replicates; what means of a patch may be apart, in parts, beyond what noise explains.
@@ -21,21 +21,13 @@ def folder(tmp_path_factory):
     return made
 
 
-def patches_of(pictures: np.ndarray) -> np.ndarray:
-    """(replicates, patches, pixels, 3) of pictures (replicates, h, w, 3)."""
-    count, height, width, _ = pictures.shape
-    rows, columns = height // PATCH, width // PATCH
-    patches = pictures.reshape(count, rows, PATCH, columns, PATCH, 3).swapaxes(2, 3)
-    return patches.reshape(count, rows * columns, -1, 3)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RENDERED)
 def test_patches_agree(folder, name):
     samples, replicates, apart = RENDERED[name]
     both = render_both(folder / f"{name}.blend", 0, samples, replicates)
     assert not both["scene"].notes
-    ours, theirs = (patches_of(both[engine]) for engine in ("isophote", "cycles"))
+    ours, theirs = (patches_of(both[engine], PATCH) for engine in ("isophote", "cycles"))
     if name in SHOWN:
         pixels = np.abs(ours.mean(axis=0) - theirs.mean(axis=0)).max(axis=-1)
         assert not np.flatnonzero(np.quantile(pixels, 0.9, axis=1) > POINTWISE).tolist()
