@@ -59,6 +59,6 @@ def metadata(layer: str, kind: str, names: Iterable[str]) -> dict[str, str]:
     """What a file's header says of a layer's mattes of a kind, whose things have these names."""
     name = f"{layer}.{KINDS[kind]}"
     manifest = {name: f"{id_bits(name):08x}" for name in sorted(set(names))}
-    prefix = f"cryptomatte/{f'{murmur3(name):08x}'[:7]}/"
+    prefix = f"cryptomatte/{murmur3(name):08x}"[:-1] + "/"  # seven digits
     return {f"{prefix}name": name, f"{prefix}hash": "MurmurHash3_32", f"{prefix}conversion": "uint32_to_float32",
             f"{prefix}manifest": json.dumps(manifest, ensure_ascii=False, separators=(",", ":"))}

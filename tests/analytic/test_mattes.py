@@ -1,14 +1,19 @@
 """Cryptomatte: how much of a pixel is covered by what, by known answers, in any order and on any device."""
 
+import json
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
-from isophote.cryptomatte import ids_of
+from isophote.cli import cli
+from isophote.cryptomatte import ids_of, murmur3
 from isophote.film import BLOCK, Film, load_film, merge
+from isophote.images import read_image
 from isophote.mattes import UNITS, Coverage
 from isophote.passes import film_planes, make_passes
 from isophote.planes import RECORDS, SPARE_ROWS
-from isophote.scene import Scene
+from isophote.scene import Scene, save_scene
 from isophote.schedule import WorkItem
 from isophote.session import Session
 from isophote.settings import Settings
@@ -110,6 +115,38 @@ def test_pixels_with_different_numbers_of_samples():
         np.add.at(sums, (coverage.keys >> np.uint64(32)).astype(np.int64), coverage.units)
         assert (sums == UNITS * film.counts.ravel()).all()
     assert (np.abs(sum(coverages(film, "crypto_object").values()) - 1) < 1e-6).all()
+
+
+def test_files_without_blender_are_those_that_compositors_want(tmp_path):
+    scene = named(panes(1).make(), ["Pane", "Wall"], ["House", "House"], ["Glass", 'A "stone"'])
+    scene.settings = {"samples": 8, "matte_levels": 3}
+    save_scene(scene, tmp_path / "scene.npz")
+    files = str(tmp_path / "scene.npz"), "-o", str(tmp_path / "a.exr")
+    done = CliRunner().invoke(cli, ["render", *files, "--passes", "combined,crypto_object,crypto_material"])
+    assert done.exit_code == 0, done.output
+    image = read_image(tmp_path / "a.exr")
+    numbers = ("Object00", "Object01", "Material00", "Material01")
+    assert set(image.planes) == {"Combined", *(f"Crypto{number}" for number in numbers)}
+    assert (image.planes["CryptoObject00"].view(np.uint32)[0, 0, [0, 2]] == ids_of(["Pane", "Wall"])).all()
+    assert (image.planes["CryptoObject00"][0, 0, 1] == 0.5) and not image.planes["CryptoObject01"].any()
+    for kind, names in (("Object", ["Pane", "Wall"]), ("Material", ["Glass", 'A "stone"'])):
+        name = f"ViewLayer.Crypto{kind}"
+        prefix = f"cryptomatte/{murmur3(name):08x}"[:-1] + "/"
+        told = {key.removeprefix(prefix): text for key, text in image.metadata.items() if key.startswith(prefix)}
+        manifest = json.loads(told.pop("manifest"))
+        assert manifest == {each: f"{bits:08x}" for each, bits in zip(names, ids_of(names), strict=True)}
+        assert told == {"name": name, "hash": "MurmurHash3_32", "conversion": "uint32_to_float32"}
+
+
+@pytest.mark.parametrize("text,number", [("Cube", 0xA8FCE865), ("Inst", 0xD5E5909A), ("Top", 0x674F48D9),
+                                         ('Böden "x"', 0x26B6AE59), ("default_volume", 0xB331280E)])
+def test_hashes_are_those_of_cycles(text, number):
+    assert murmur3(text) == number
+
+
+def test_ids_are_numbers():
+    ids = ids_of(f"Thing {number}" for number in range(3000))
+    assert np.isfinite(ids.view(np.float32)).all() and (np.abs(ids.view(np.float32)) >= np.finfo(np.float32).tiny).all()
 
 
 def strips(count: int) -> Scene:
