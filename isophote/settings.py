@@ -9,7 +9,7 @@ PRECISIONS = ("strict", "fast", "reference")
 
 # What may change between two parts of one film: how far and how fast, not what each sample is.
 NOT_OF_THE_SAMPLES = ("samples", "time_limit", "error_target", "adaptive", "device", "wait_for_kernels", "threads",
-                      "passes", "named")
+                      "passes", "named", "shadow_catchers")
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,7 @@ class Settings:
     film_transparent: bool = False
     passes: tuple[str, ...] = ("combined", "error")
     named: tuple[str, ...] = ()  # all AOV outputs and light groups of the scene (Scene.named), or none
+    shadow_catchers: bool = False  # films keep what it takes to show the shadows on catchers (Scene.catches)
     region: tuple[int, int, int, int] | None = None  # x0, y0, x1, y1 in pixels from the lower left
 
     def __post_init__(self):

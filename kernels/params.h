@@ -26,6 +26,7 @@
   X(uint, groups) /* mask of PLANE_GROUPS, GROUPS_AOVS and GROUPS_LIGHT_GROUPS */                \
   X(int, named_planes) /* behind the groups': AOV outputs and light groups */                    \
   X(int, light_plane) /* first of them of a light group */                                       \
+  X(int, catching) /* CATCHING_ number: whether shadows are caught, and how often paths have begun (shadow_catcher.h) */ \
   X(int, listed) /* 1: `width` pixels of a list in one row, instead of a region's */
 
 typedef struct {
@@ -33,6 +34,10 @@ typedef struct {
   PARAMS(X)
 #undef X
 } Params;
+
+#define CATCHING_NONE 0
+#define CATCHING_FIRST 1
+#define CATCHING_ALONE 2 /* for the second time, to see catchers alone */
 
 /* A pixel of a list: where it lies in the frame, and the sample from which the item's count. */
 typedef struct {
@@ -69,7 +74,8 @@ typedef struct {
   X(18, transmission_direct, 3)   \
   X(19, transmission_indirect, 3) \
   X(20, emission, 3)              \
-  X(21, environment, 3)
+  X(21, environment, 3)           \
+  X(22, shadow_catcher, 8) /* matte and what it lacks of alpha, catchers alone, samples that have met one */
 enum {
 #define X(number, name, planes) GROUP_##name = number,
   PLANE_GROUPS(X)

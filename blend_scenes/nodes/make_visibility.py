@@ -117,7 +117,23 @@ def shadows(scene):
     add(scene, "panel", mesh, (0, 2.5, 1.2)).light_linking.blocker_collection = sun.light_linking.blocker_collection
 
 
-CASES = (held_out, held_out_opaque, indirect_only, three_lamps, shadows)
+# ------------------------------------------------------------------ shadow catchers
+
+
+def caught(scene):
+    """The floor catches the shadows of both balls and the light of a panel."""
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.5
+    add(scene, "key", lamp("AREA", shape="SQUARE", size=1.5, energy=300.0), (-3, -1, 5), (0.2, -0.5, 0))
+    scene.render.film_transparent = True
+    bpy.data.objects["floor"].is_shadow_catcher = True
+    bpy.data.objects["diffuse"].data.materials[0] = shader("red", "ShaderNodeBsdfDiffuse", Color=(0.8, 0.1, 0.1, 1.0))
+    mesh = bpy.data.meshes.new("panel")
+    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=0.3))
+    add(scene, "panel", mesh, (0, 2.5, 0.2))
+
+
+CASES = (held_out, held_out_opaque, indirect_only, three_lamps, shadows, caught)
 
 if __name__ == "__main__":
     out, case = sys.argv[sys.argv.index("--") + 1:][:2]

@@ -8,7 +8,8 @@ from tests.images.agreement import SIZE, assert_agrees, made
 
 SAMPLES = 128
 BACKGROUND = (0.2, 0.5, 0.8)  # under what has an alpha
-NOISE = {"held_out": 1.5, "held_out_opaque": 1.5, "indirect_only": 1.5, "three_lamps": 1.5}  # variance over Cycles'
+NOISE = {"held_out": 1.5, "held_out_opaque": 1.5, "indirect_only": 1.5, "three_lamps": 1.5,
+         "caught": 1.5}  # variance over Cycles'
 
 
 @pytest.mark.slow
