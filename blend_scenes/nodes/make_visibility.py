@@ -133,7 +133,22 @@ def caught(scene):
     add(scene, "panel", mesh, (0, 2.5, 0.2))
 
 
-CASES = (held_out, held_out_opaque, indirect_only, three_lamps, shadows, caught)
+# ------------------------------------------------------------------ portals
+
+
+def portal(scene):
+    """A roof and walls around the balls, with an opening that a portal marks."""
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 3.0
+    room = bpy.data.meshes.new("room")
+    room.from_pydata([(-4, -8, 0), (-4, 4, 0), (4, 4, 0), (4, -8, 0), (-4, -8, 4), (-4, 4, 4), (4, 4, 4), (4, -8, 4),
+                      (-4, -1, 4), (4, -1, 4), (-4, 1, 4), (4, 1, 4)], [],
+                     [(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (4, 8, 9, 7), (10, 5, 6, 11)])
+    room.materials.append(shader("walls", "ShaderNodeBsdfDiffuse", Color=(0.7, 0.7, 0.7, 1.0)))
+    add(scene, "room", room)
+    add(scene, "portal", lamp("AREA", shape="RECTANGLE", size=8.0, size_y=2.0, is_portal=True), (0, 0, 4))
+
+
+CASES = (held_out, held_out_opaque, indirect_only, three_lamps, shadows, caught, portal)
 
 if __name__ == "__main__":
     out, case = sys.argv[sys.argv.index("--") + 1:][:2]
