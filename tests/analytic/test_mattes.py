@@ -92,6 +92,13 @@ def test_edges_are_covered_in_part():
     np.testing.assert_allclose(sum(materials[int(each)] for each in ids_of(["Left", "Right"])), ball, rtol=1e-6)
 
 
+def test_what_is_held_out_covers_nothing():
+    b = panes(0)
+    b.add(quad((0, 5, -1), (9, 0, 0), (0, 5, 0)), program(("holdout", 1.0)))
+    film = render(named(b.make(), ["Wall", "Hole"], ["A", "A"], ["Stone", "Hole"]), 64, passes=KINDS, filter_width=0.0)
+    assert set(coverages(film, "crypto_object")) == {int(ids_of(["Wall"])[0])}
+
+
 def test_pixels_with_different_numbers_of_samples():
     settings = Settings(samples=1024, error_target=0.02, passes=("combined", *KINDS))
     with Session(balls_on_a_floor(), settings) as session:

@@ -55,3 +55,5 @@ def test_a_veil_takes_its_part():
 def test_nothing_where_nothing_is_seen():
     b = Builder((4, 4))
     assert not occlusion(b, 1.0, 4).any()
+    b.add(quad((0, 0, -1), (9, 0, 0), (0, 9, 0)), program(("holdout", 1.0)))
+    assert not occlusion(b, 1.0, 4).any()

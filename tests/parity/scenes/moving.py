@@ -72,7 +72,7 @@ def moving() -> Scene:
     b.sphere((3.2, -2, 0.5), 0.5, spotted)
     b.lamp(RECTANGLE, 60.0, look_at((2, -4, 6), (0, 0, 0)), (2, 1))
     poses = [(0.2 * k, -8, 3.5, 0, 0, 0.01 * k, np.sqrt(1 - 1e-4 * k * k)) for k in (-1, 0, 1)]
-    return b.make(camera_poses=poses, shutter_curve=(0.3, 1.0, 0.4))
+    return b.make(camera_poses=poses, shutter_curve=(0.3, 1.0, 0.4), occlusion_distance=1.5)
 
 
 def between_frames() -> Scene:
