@@ -77,6 +77,7 @@ def render_layer(engine, depsgraph) -> None:
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     if not engine.is_preview:
         settings = replace(settings, named=scene.named)
+    settings = replace(settings, shadow_catchers=scene.catches and settings.film_transparent)
     if not blender_scene.render.use_multiview:
         only = [seen_from(scene, engine, depsgraph)]
         del scene

@@ -47,8 +47,9 @@ def wanted_passes(view_layer) -> tuple[str, ...]:
     builtin = [name for name, flag in BUILTIN.items() if getattr(view_layer, flag)]
     own = [name for name in OWN if getattr(view_layer.isophote, name)]
     cycles = getattr(view_layer, "cycles", None)
+    catcher = ("shadow_catcher",) if getattr(cycles, "use_pass_shadow_catcher", False) else ()
     denoising = DENOISING if getattr(cycles, "denoising_store_passes", False) else ()
-    return check_passes(("combined", *builtin, *own, *denoising))
+    return check_passes(("combined", *builtin, *own, *denoising, *catcher))
 
 
 def matte_levels(view_layer) -> int:

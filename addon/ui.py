@@ -203,6 +203,7 @@ class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
         column = self.layout.column(align=True)
         if hasattr(layer, "cycles"):
             column.prop(layer.cycles, "denoising_store_passes", text="Denoising Data")
+            column.prop(layer.cycles, "use_pass_shadow_catcher")
         column.prop(layer.isophote, "albedo")
         column.prop(layer.isophote, "sample_count")
         column.prop(layer.isophote, "invalid")

@@ -46,6 +46,7 @@ def render_both(blend: Path, longest: int, samples: int, replicates: int, over=N
     between = time.perf_counter()
     settings = same_settings(info, samples=samples)
     scene = exported(blend, tuple(info["size"]))
+    settings = replace(settings, shadow_catchers=scene.catches and settings.film_transparent)
     ours = render_replicates(scene, settings, range(replicates), over)
     seconds = {"isophote": time.perf_counter() - between, "cycles": between - started}
     return {"isophote": ours, "cycles": theirs, "scene": scene, "settings": settings, "info": info, "seconds": seconds}

@@ -16,8 +16,8 @@ from scipy import stats
 from bench.cycles_process import laid_over
 from isophote.compare import limit, mean_flip, z_test
 from isophote.device import open_device
-from isophote.film import COMBINED_PLANES, Film
-from isophote.passes import PASSES
+from isophote.film import Film
+from isophote.passes import PASSES, film_planes
 from isophote.prepare import prepare
 from isophote.scene import Scene
 from isophote.schedule import sample_items
@@ -46,7 +46,7 @@ def uploaded(scene: Scene, settings: Settings) -> Iterator:
 def render_film(device, scene: Scene, settings: Settings) -> Film:
     """The whole frame by a device that holds the scene."""
     region = (0, 0, *(int(n) for n in scene.resolution))
-    film = Film(region, COMBINED_PLANES)
+    film = Film(region, film_planes(settings))
     for item in sample_items(0, settings.samples, settings.samples, region):
         film.add_samples(device.render(item, settings, film.open, lambda: False))
     return film

@@ -15,10 +15,43 @@ from isophote.records import plane_groups
 from isophote.settings import Settings
 from isophote.statistics import pixel_error
 
+CATCHER = "shadow_catcher"  # pass and group of planes
+
 
 def combined(film: Film) -> np.ndarray:
-    """Mean of all samples, both replicates; alpha is premultiplied."""
+    """Mean of all samples, both replicates; alpha is premultiplied. Where catchers show their shadows, these lie black
+    behind the matte."""
+    if CATCHER not in film.planes.groups:
+        return all_light(film)
+    made, shadow = matte(film), shadow_catcher(film)
+    made[..., 3] += (1.0 - made[..., 3]) * (1.0 - np.clip(shadow.mean(-1), 0.0, 1.0))
+    return made
+
+
+def all_light(film: Film) -> np.ndarray:
     return np.stack([mean_of(film, film.sum(c) + film.sum(4 + c)) for c in range(4)], axis=-1)
+
+
+def matte(film: Film) -> np.ndarray:
+    """What the camera sees before it meets a catcher, RGBA."""
+    made = mean_planes(CATCHER)(film)
+    met = made[..., 7:] > 0.0
+    made[..., 3] = np.clip(1.0 - made[..., 3], 0.0, 1.0)
+    return np.where(met, made[..., :4], all_light(film))  # the same, but rounded alike with and without these planes
+
+
+def shadow_catcher(film: Film) -> np.ndarray:
+    """By how much others darken or brighten what catchers show: a factor for the picture that lies behind.
+
+    Light from catchers with all objects there over that with catchers alone; 1 where the camera meets none. As Cycles,
+    film_calculate_shadow_catcher.
+    """
+    sums = sums_of(film, CATCHER)
+    lit = np.stack([film.sum(c) + film.sum(4 + c) for c in range(3)], axis=-1) - sums[..., :3]
+    alone = sums[..., 4:7]
+    factor = np.divide(lit, alone, out=np.ones_like(lit), where=(alone != 0.0) & (sums[..., 7:] > 0.0))
+    alpha = np.clip(all_light(film)[..., 3:].astype(np.float64), 0.0, 1.0)
+    return (1.0 - alpha + alpha * factor).astype(np.float32)
 
 
 def mean_of(film: Film, sums: np.ndarray) -> np.ndarray:
@@ -165,6 +198,7 @@ PASSES: dict[str, Pass] = {
         mean_pass("emission", "Emit"),
         mean_pass("environment", "Env"),
         *(matte_pass(kind) for kind in KINDS),
+        Pass(CATCHER, "Shadow Catcher", "RGB", (CATCHER,), shadow_catcher),
         Pass("sample_count", "Sample Count", "X", (), sample_count),
         Pass("invalid", "Invalid", "X", (), invalid),
         Pass("error", "Error", "RGB", (), pixel_error),  # one standard deviation of the pixel's mean
@@ -197,19 +231,24 @@ def planes_for(names: Iterable[str], clamps: bool = False, named: Iterable[str] 
 
 def film_planes(settings: Settings) -> Planes:
     """Planes of a film of these settings."""
-    return planes_for(settings.passes, settings.clamps, settings.named, settings.matte_levels)
+    names = (*settings.passes, *[CATCHER] * settings.shadow_catchers)
+    return planes_for(names, settings.clamps, settings.named, settings.matte_levels)
 
 
 def make_passes(film: Film, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Blender's name -> float32 (h, w, c) for each pass asked for. Raises FilmError where the film lacks its planes."""
-    made = {}
-    for name in check_passes(names):
+    """Blender's name -> float32 (h, w, c) for each pass asked for. Raises FilmError where the film lacks its planes.
+
+    Beside the shadows on catchers Combined is the matte alone, as in Blender.
+    """
+    made, names = {}, check_passes(names)
+    for name in names:
         entry = PASSES[name]
         if missing := [group for group in entry.groups if group not in film.planes.groups]:
             raise FilmError(f"pass {name}: the film was made without {', '.join(missing)}")
         if entry.matte and entry.matte not in film.planes.mattes:
             raise FilmError(f"pass {name}: the film was made without mattes of {entry.matte}s")
-        names_of_it, values = entry.names(film.planes.levels), entry.make(film)
+        names_of_it = entry.names(film.planes.levels)
+        values = matte(film) if name == "combined" and CATCHER in names else entry.make(film)
         made |= dict(zip(names_of_it, np.split(values, len(names_of_it), axis=-1), strict=True))
     return made
 

@@ -116,6 +116,8 @@ def render_job(job: Job, console: Console) -> dict:
     opening = time.perf_counter() - started
     scene, export_seconds = open_scene(job.scene, job.frame, job.size, job.blender, console)
     job = with_file_settings(job, scene)
+    caught = scene.catches and job.settings.film_transparent
+    job = replace(job, settings=replace(job.settings, shadow_catchers=caught))
     if job.output.suffix.lower() == ".exr":
         job = replace(job, settings=replace(job.settings, named=scene.named))
     if device.kind != "opencl" or not device.take_up(job.settings):

@@ -81,12 +81,13 @@ FIELDS: dict[str, Field] = {
                            zeros=True),
     "instance_unlinked": Field("u8", ("I", 2), "masks of the sets of receivers that it does not light, and of blockers "
                                                "that do not stop its light", zeros=True),
-    "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h)"),
+    "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h), of catchers of shadows "
+                                               "a second time CATCHER_SHIFT higher"),
     "slot_materials": Field("u4", ("Q",), "material of each slot"),
     "sphere_center": Field("f8", ("S", 3), "relative to origin"),
     "sphere_radius": Field("f8", ("S",), "metres"),
     "sphere_material": Field("u4", ("S",), ""),
-    "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
+    "sphere_visibility": Field("u4", ("S",), "as instance_visibility"),
     "sphere_group": Field("u4", ("S",), "light group", zeros=True),
     "sphere_sets": Field("u4", ("S", 2), "as instance_sets", zeros=True),
     "sphere_unlinked": Field("u8", ("S", 2), "as instance_unlinked", zeros=True),
@@ -181,6 +182,12 @@ class Scene:
     def named(self) -> tuple[str, ...]:
         """The passes that it names, as Planes has them."""
         return (*self.aovs, *(f"light:{name}" for name in self.names.get("light_groups", ())))
+
+    @property
+    def catches(self) -> bool:
+        """Whether some object catches shadows."""
+        shift = numbers()["CATCHER_SHIFT"]
+        return any((visibility >> shift).any() for visibility in (self.instance_visibility, self.sphere_visibility))
 
     def name_of(self, group: str, index: int) -> str:
         """The name of a thing for messages, or its number where it has none."""

@@ -10,7 +10,7 @@ MOST_LEVELS = 16  # of Cryptomatte, as in Blender
 
 # What may change between two parts of one film: how far and how fast, not what each sample is.
 NOT_OF_THE_SAMPLES = ("samples", "time_limit", "error_target", "adaptive", "device", "wait_for_kernels", "threads",
-                      "passes", "named", "matte_levels")
+                      "passes", "named", "matte_levels", "shadow_catchers")
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class Settings:
     passes: tuple[str, ...] = ("combined", "error")
     named: tuple[str, ...] = ()  # all AOV outputs and light groups of the scene (Scene.named), or none
     matte_levels: int = 6  # ids of a pixel that Cryptomatte's passes show
+    shadow_catchers: bool = False  # films keep what it takes to show the shadows on catchers (Scene.catches)
     region: tuple[int, int, int, int] | None = None  # x0, y0, x1, y1 in pixels from the lower left
 
     def __post_init__(self):

@@ -113,10 +113,18 @@ class Wavefront:
               cancelled: Callable[[], bool]) -> bool:
         """Trace `samples` samples of pixels [first, first + pixels) of the region and add them to the film.
 
-        `params` and `film` are buffers; `bounces` is the largest number of vertices that a path may have. False where
-        cancelled: the film is then worth nothing.
+        `params`, one for each time that paths begin, and `film` are buffers; `bounces` is the largest number of
+        vertices that a path may have. False where cancelled: the film is then worth nothing.
         """
-        u, count = np.uint32, pixels * samples
+        for each in params:
+            if not self.trace_paths(each, first, pixels * samples, bounces, cancelled):
+                return False
+        self.launch("accumulate", pixels, params[0], film, np.uint32(first), np.uint32(pixels))
+        return not cancelled()
+
+    def trace_paths(self, params, first: int, count: int, bounces: int, cancelled: Callable[[], bool]) -> bool:
+        """Paths from the camera to their ends; as in trace."""
+        u = np.uint32
         looks = []
         self.launch("generate", count, params, u(first), u(count))
         alive = count
@@ -139,5 +147,4 @@ class Wavefront:
             looks.append(self.cl.enqueue_copy(self.queue, self.left[bounce:bounce + 1], self.counts,
                                               src_offset=8 * (bounce + 1), is_blocking=False))
             self.queue.flush()
-        self.launch("accumulate", pixels, params, film, u(first), u(pixels))
-        return not cancelled()
+        return True

@@ -8,7 +8,7 @@ __kernel void occlude(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL 
   if (k >= counts[2u * bounce]) return;
   Path p = load_whole_path(reals, uints, stride, queue[k]);
   Hit h = load_hit(hit_reals, hit_uints, stride, queue[k]);
-  if (!is_seen(p, h)) return;
+  if (is_alone(params) || !is_seen(p, h)) return;
   real registers[REGISTERS];
   Surface at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
   Material m = s.materials[at.material];

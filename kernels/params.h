@@ -27,6 +27,7 @@
   X(int, named_planes) /* behind the groups': AOV outputs and light groups */                    \
   X(int, light_plane) /* first of them of a light group */                                       \
   X(uint, matte_rows) /* of the table of mattes in the film's last planes (mattes.h) */           \
+  X(int, catching) /* CATCHING_ number: whether shadows are caught, and how often paths have begun (shadow_catcher.h) */ \
   X(int, listed) /* 1: `width` pixels of a list in one row, instead of a region's */
 
 typedef struct {
@@ -34,6 +35,10 @@ typedef struct {
   PARAMS(X)
 #undef X
 } Params;
+
+#define CATCHING_NONE 0
+#define CATCHING_FIRST 1
+#define CATCHING_ALONE 2 /* for the second time, to see catchers alone */
 
 /* A pixel of a list: where it lies in the frame, and the sample from which the item's count. */
 typedef struct {
@@ -72,7 +77,8 @@ typedef struct {
   X(20, transmission_direct, 3)   \
   X(21, transmission_indirect, 3) \
   X(22, emission, 3)              \
-  X(23, environment, 3)
+  X(23, environment, 3)           \
+  X(24, shadow_catcher, 8) /* matte and what it lacks of alpha, catchers alone, samples that have met one */
 enum {
 #define X(number, name, planes) GROUP_##name = number,
   PLANE_GROUPS(X)

@@ -22,7 +22,8 @@
 /* Normal of the last vertex (light_tree.h, pack_normal), in the highest bits of status. */
 #define PATH_RECEIVER_SHIFT 18
 #define PATH_LAST_HIT 0x10000u    /* a bounce limit is reached: see what is hit, do not scatter */
-#define PATH_FROM_CAMERA 0x20000u /* has only passed transparent surfaces: its hit is what the pixel shows */
+#define PATH_CAUGHT 0x20000u      /* has met a catcher of shadows (shadow_catcher.h) */
+#define PATH_FROM_CAMERA RAY_CAMERA /* has only passed transparent surfaces: its hit is what the pixel shows */
 
 typedef struct {
 #define X(name) real name;

@@ -13,6 +13,7 @@
 #define RAY_TRANSMISSION 8u
 #define RAY_SHADOW 16u
 #define RAY_ALL 31u
+#define CATCHER_SHIFT 10 /* objects that catch shadows have their visibility a second time, so much higher */
 #define RAY_INDIRECT 14u /* those that a surface sends on: diffuse, glossy, transmission */
 /* How the ray was made, beside its kind. */
 #define RAY_SINGULAR 32u /* by a mirror or by smooth glass */
@@ -45,6 +46,7 @@
 #define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
 #define FEATURE_MOTION 8388608u /* some instance moves, or its mesh deforms, while the shutter is open */
 #define FEATURE_DEFORMATION 16777216u /* some mesh deforms */
+#define FEATURE_CATCHERS 67108864u /* some object catches shadows */
 #define FEATURE_LINKING 134217728u /* some light does not light, or is not stopped by, all objects */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES

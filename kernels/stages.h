@@ -31,7 +31,7 @@ FN Path generate_path(Scene s, Params params, int kind, int column, int row, uin
   p.seed = seed;
   p.index = sample >> 1;
   p.bounces = 0u;
-  p.status = RAY_CAMERA | PATH_FROM_CAMERA;
+  p.status = RAY_CAMERA;
   return path_at_time(p, REAL(0.0));
 }
 
@@ -273,7 +273,7 @@ FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p
   q.after_primitive = transparent | enters ? h.primitive : NONE;
   q.pdf = transparent ? p.pdf : (delta ? REAL(0.0) : value.pdf);
   q.bounces = bounces;
-  uint flags = (p.status & (transparent ? PATH_FROM_CAMERA : 0u)) | (last ? PATH_LAST_HIT : 0u);
+  uint flags = (p.status & PATH_CAUGHT) | (last ? PATH_LAST_HIT : 0u);
   uint receiver = transparent ? p.status >> PATH_RECEIVER_SHIFT : receiver_normal(at, material_flags);
   q.status = (transparent ? path_kind(p) : kind) | (passed << 8) | flags | (receiver << PATH_RECEIVER_SHIFT);
   r.path = q;
@@ -299,6 +299,18 @@ FN Scattered pass_transparent(Params params, Material m, Path p, Hit h, const re
 FN uint ending_limits(Params params, Material m, Path p) {
   uint passed = uint_of(path_passed(p)) + ((m.flags & MATERIAL_TRANSPARENT) ? 1u : 0u);
   return m.count ? reached_limits(params, p.bounces, passed) : 0u;
+}
+
+/* ------------------------------------------------------------------- trace */
+
+/* Whether paths begin a second time (shadow_catcher.h), and rays of those that see catchers of shadows alone. */
+FN int is_alone(Params params) { return (SCENE_FEATURES & FEATURE_CATCHERS) && params.catching == CATCHING_ALONE; }
+FN Ray among_catchers(Ray r, int alone) {
+  r.kind = alone ? (r.kind & RAY_ALL) << CATCHER_SHIFT : r.kind;
+  return r;
+}
+FN Ray traced_ray(Params params, Path p) {
+  return among_catchers(path_ray(p), is_alone(params) && (p.status & PATH_CAUGHT));
 }
 
 /* ----------------------------------------------------------------- connect */
@@ -365,11 +377,11 @@ FN Shadow trace_connection(Scene s, Params params, Connection c, uint features, 
   Ray ray = c.ray;
   Shadow d = make_shadow(ray, c.passed, c.bounces);
   if (!(features & FEATURE_TRANSPARENT)) {
-    Hit h = trace(s, ray, 1);
+    Hit h = trace(s, among_catchers(ray, is_alone(params)), 1);
     d.kept = select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
     return d;
   }
-  while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features, r);
+  while (d.going) d = pass_shadow(s, params, d, trace(s, among_catchers(d.ray, is_alone(params)), 0), features, r);
   return d;
 }
 

@@ -98,11 +98,18 @@ FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
 
 /* `columns` are those of passes.h, `from` as there. */
 FN void add_result(GLOBAL real *results, GLOBAL real *columns, uint stride, uint slot, Params params, Brought b, uint from) {
+  int caught = catches(params) ? catch_light(columns, stride, slot, params, b.light) : GOES_ON;
+  if (caught == NOWHERE) return;
   results[slot] += b.light.x;
   results[stride + slot] += b.light.y;
   results[2u * stride + slot] += b.light.z;
   if (CLAMPS) results[(4u + uint_of(b.indirect)) * stride + slot] += cut_luminance(b);
-  if (has_any(film_groups(params), GROUPS_LIGHT)) add_light_passes(columns, stride, slot, params, b, from);
+  if (has_any(film_groups(params), GROUPS_LIGHT) && caught == GOES_ON) add_light_passes(columns, stride, slot, params, b, from);
+}
+
+FN void lose_alpha(GLOBAL real *results, GLOBAL real *columns, uint stride, uint slot, Params params, real lost) {
+  if (catches(params)) lose_matte(columns, stride, slot, params, lost);
+  if (!is_alone(params)) results[3u * stride + slot] -= lost;
 }
 
 FN void count_limits(GLOBAL uint *limits, uint reached) {
@@ -120,15 +127,10 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
   Params params = params_buffer[0];
   uint pixel = first_pixel + slot / params.samples;
   uint sample = params.first_sample + slot % params.samples;
-  results[slot] = REAL(0.0);
-  results[stride + slot] = REAL(0.0);
-  results[2u * stride + slot] = REAL(0.0);
-  results[3u * stride + slot] = REAL(1.0);
-  if (CLAMPS) {
-    results[4u * stride + slot] = REAL(0.0);
-    results[5u * stride + slot] = REAL(0.0);
+  if (!is_alone(params)) {
+    for (uint c = 0u; c < (CLAMPS ? 6u : 4u); c++) results[c * stride + slot] = c == 3u ? REAL(1.0) : REAL(0.0);
+    clear_columns(columns, stride, slot, params);
   }
-  clear_columns(columns, stride, slot, params);
   uint row = pixel / uint_of(params.width);
   int x = int_of(pixel - row * uint_of(params.width)), y = int_of(row);
   if (params.listed) {
@@ -144,6 +146,10 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
 #if SCENE_FEATURES & FEATURE_MOTION
   p.time = shutter_time(s, p.seed, p.index);
 #endif
+  if (is_alone(params) && !begins_again(columns, stride, slot, params)) {
+    p = with_throughput(p, zero3());
+    p.t_max = REAL(0.0); /* hits nothing */
+  }
   return p;
 }
 
@@ -196,7 +202,7 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
     if (w.ref == NONE) {
       i = queue[k];
       Path p = load_whole_path(reals, uints, stride, i);
-      Ray ray = path_ray(p);
+      Ray ray = traced_ray(params, p);
       way.inside = is_inside(p);
       if (way.inside) {
         start_way(&way, p, load_medium(reals + PATH_REAL_COUNT * stride, stride, i));
@@ -234,7 +240,7 @@ typedef struct {
 
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
   add_result(results, columns, stride, p.slot, params, see_world(s, params, p, last_set(s, params, columns, stride, p.slot), r), seen_from(p, GROUP_environment, s.world[0].light_group));
-  results[3u * stride + p.slot] -= lost_alpha(params.film_transparent, p);
+  lose_alpha(results, columns, stride, p.slot, params, lost_alpha(params.film_transparent, p));
 }
 
 FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, uint stride) {
@@ -263,6 +269,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     at = make_background(s, make_real3(p.dx, p.dy, p.dz));
     h = background_hit(h.t);
   } else {
+    p = meet_catcher(columns, stride, s, params, p, h);
     at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
   }
   Material m = s.materials[at.material];
@@ -279,9 +286,9 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     add_result(results, columns, stride, p.slot, params,
                see_emission(s, params, m, p, last_set(s, params, columns, stride, p.slot), h, registers),
                seen_from(p, GROUP_emission, has_any(groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u));
-  if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
+  if (has_any(groups, GROUPS_SURFACE) && !is_alone(params)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
-    results[3u * stride + p.slot] -= held_alpha(s, m, p, registers);
+    lose_alpha(results, columns, stride, p.slot, params, held_alpha(s, m, p, registers));
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h, registers);
@@ -330,6 +337,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     if (has_any(groups, GROUPS_LIGHT_GROUPS))
       columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
     light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, path_time(p), SCENE_FEATURES);
+    if (is_away(s, params, light)) light.pdf = REAL(0.0);
     if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
   }
 
@@ -449,7 +457,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PA
         k = atomic_inc(&next);
         continue;
       }
-      begin_walk(&w, stack, s, c.ray);
+      begin_walk(&w, stack, s, among_catchers(c.ray, is_alone(params)));
     }
     go_on(&w, stack, s, 1, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {

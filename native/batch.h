@@ -111,12 +111,19 @@ FN void store_hit(Batch &b, uint i, const Hit &h) {
 
 static void add_light(Batch &__restrict b, Params params, uint i, Brought brought, uint from) {
   uint slot = b.columns().uints[PATH_UINT_slot * CAPACITY + i];
+  int caught = catches(params) ? catch_light(b.slot_columns.data(), CAPACITY, slot, params, brought.light) : GOES_ON;
+  if (caught == NOWHERE) return;
   b.red[slot] += brought.light.x;
   b.green[slot] += brought.light.y;
   b.blue[slot] += brought.light.z;
   if (params.cut_plane) b.cut[brought.indirect][slot] += cut_luminance(brought);
-  if (has_any(params.groups, GROUPS_LIGHT))
+  if (has_any(params.groups, GROUPS_LIGHT) && caught == GOES_ON)
     add_light_passes(b.slot_columns.data(), CAPACITY, slot, params, brought, from);
+}
+
+static void lose_alpha(Batch &__restrict b, Params params, uint slot, real lost) {
+  if (catches(params)) lose_matte(b.slot_columns.data(), CAPACITY, slot, params, lost);
+  if (!is_alone(params)) b.alpha[slot] -= lost;
 }
 
 FN Brought load_brought(Batch &b, Params params, uint i) {

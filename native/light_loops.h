@@ -99,6 +99,16 @@ static void draw_moving_lights(Batch &__restrict b, Scene s, Group g) {
   }
 }
 
+/* Drops lights drawn that are not there. */
+static void drop_away(Batch &__restrict b, Scene s, Params params, Group g) {
+  for (uint i = g.first; i < g.end; i++) {
+    LightSample l;
+    l.instance = b.light_instance[i];
+    l.primitive = b.light_primitive[i];
+    if (is_away(s, params, l)) b.light_pdf[i] = REAL(0.0);
+  }
+}
+
 /* The lights drawn as objects have them that are linked to some. */
 static void link_samples(Batch &__restrict b, Scene s, Group g) {
   for (uint i = g.first; i < g.end; i++) {

@@ -37,10 +37,6 @@ FN_APART void generate_paths(Batch &__restrict b, Scene s, Params params, const 
     uint pixel = i / samples, sample = first_sample + i - pixel * samples;
     Path p = generate_path(s, params, KIND, part.column[pixel], part.row[pixel], part.first[pixel] + sample, i);
     store_path(b.path_reals[0], b.path_uints[0], CAPACITY, i, p);
-    b.red[i] = REAL(0.0);
-    b.green[i] = REAL(0.0);
-    b.blue[i] = REAL(0.0);
-    b.alpha[i] = REAL(1.0);
   }
 }
 
@@ -72,6 +68,12 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
   functions[s.camera[0].kind](b, s, params, part, first_sample, samples);
   if (s.camera[0].poses) move_paths(b, s);
   if (!b.times.empty()) time_paths(b, s);
+}
+
+/* What paths have brought so far. */
+static void clear_results(Batch &__restrict b, Params params) {
+  for (real *light : {b.red, b.green, b.blue}) std::fill(light, light + b.count, REAL(0.0));
+  std::fill(b.alpha, b.alpha + b.count, REAL(1.0));
   if (params.cut_plane)
     for (real *cut : b.cut) std::fill(cut, cut + b.count, REAL(0.0));
   if (params.groups)
@@ -83,19 +85,20 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
 /* The living paths' rays; their hits go to the batch's columns. */
 struct PathRays {
   Batch &b;
+  Params params;
   Columns columns;
-  Ray ray(uint i) const { return path_ray(path_at(columns, b.order[i])); }
+  Ray ray(uint i) const { return traced_ray(params, path_at(columns, b.order[i])); }
   void store(uint i, const Hit &h) { store_hit(b, b.order[i], h); }
 };
 
-static void extend_batch(Batch &b, Scene s, Walkers *walkers, Rays kind) {
+static void extend_batch(Batch &b, Scene s, Params params, Walkers *walkers, Rays kind) {
   uint living = 0;
   for (uint i = 0; i < b.count; i++) {
     b.order[living] = i;
     living += b.alive[i] && !(walkers && is_inside(path_at(b.columns(), i)));
   }
   b.closest += living;
-  PathRays rays{b, b.columns()};
+  PathRays rays{b, params, b.columns()};
   trace_all(s, rays, living, 0, kind);
   if (walkers) walk_batch(b, s, *walkers);
 }
@@ -254,22 +257,38 @@ struct Cut {
   }
 };
 
+/* A batch's paths from the camera to their ends; false where cancelled. */
+static bool trace_paths(Batch &__restrict b, Scene s, Params params, std::vector<Group> &groups, Walkers *walkers,
+                        const std::atomic<int> *cancelled) {
+  for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
+    if (cancelled->load(std::memory_order_relaxed)) return false;
+    extend_batch(b, s, params, walkers, kind);
+    sort_batch(b, s, walkers, groups);
+    std::fill(b.alive, b.alive + b.count, 1u);
+    shade_batch(b, s, params, groups);
+    if (walkers) enter_objects(b, s, groups);
+  }
+  return true;
+}
+
 static void render_part(Batch &__restrict b, Scene s, Params params, const Part &part, float *sums,
                         std::vector<Group> &groups, Walkers *walkers, const std::atomic<int> *cancelled) {
   uint step = std::max(1u, CAPACITY / part.pixels);
+  bool catching = (s.world[0].features & FEATURE_CATCHERS) && has_group(params.groups, GROUP_shadow_catcher);
   for (uint done = 0; done < params.samples; done += step) {
-    uint samples = std::min(step, params.samples - done);
-    generate_batch(b, s, params, part, params.first_sample + done, samples);
+    uint samples = std::min(step, params.samples - done), first = params.first_sample + done;
+    params.catching = catching ? CATCHING_FIRST : CATCHING_NONE;
+    generate_batch(b, s, params, part, first, samples);
+    clear_results(b, params);
     std::fill(b.alive, b.alive + b.count, 1u);
-    for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
-      if (cancelled->load(std::memory_order_relaxed)) return;
-      extend_batch(b, s, walkers, kind);
-      sort_batch(b, s, walkers, groups);
-      std::fill(b.alive, b.alive + b.count, 1u);
-      shade_batch(b, s, params, groups);
-      if (walkers) enter_objects(b, s, groups);
+    if (!trace_paths(b, s, params, groups, walkers, cancelled)) return;
+    if (catching) {
+      params.catching = CATCHING_ALONE;
+      generate_batch(b, s, params, part, first, samples);
+      for (uint i = 0; i < b.count; i++) b.alive[i] = uint(begins_again(b.slot_columns.data(), CAPACITY, i, params));
+      if (!trace_paths(b, s, params, groups, walkers, cancelled)) return;
     }
-    accumulate_batch(b, params, part, params.first_sample + done, samples, sums);
+    accumulate_batch(b, params, part, first, samples, sums);
   }
 }
 

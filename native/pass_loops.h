@@ -47,6 +47,14 @@ FN BsdfSample load_sample(const Batch &b, uint i) {
                      b.label[i], b.valid[i]);
 }
 
+static void meet_catchers(Batch &__restrict b, Scene s, Params params, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = meet_catcher(b.slot_columns.data(), CAPACITY, s, params, path_at(columns, i), load_hit(b, i));
+    columns.uints[PATH_UINT_status * CAPACITY + i] = p.status;
+  }
+}
+
 static void show_surfaces(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++)

@@ -24,7 +24,7 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
     add_light(b, params, i, see_world(s, params, p, last_set_of(b, s, params, p), registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
-    b.alpha[p.slot] -= lost_alpha(params.film_transparent, p);
+    lose_alpha(b, params, p.slot, lost_alpha(params.film_transparent, p));
     b.alive[i] = 0;
   }
 }
@@ -321,11 +321,11 @@ static void pass_last(Batch &__restrict b, Params params, Material m, Group g) {
   }
 }
 
-static void shade_holdouts(Batch &__restrict b, Scene s, Material m, Group g) {
+static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    b.alpha[p.slot] -= held_alpha(s, m, p, registers_at(b, i));
+    lose_alpha(b, params, p.slot, held_alpha(s, m, p, registers_at(b, i)));
   }
 }
 
@@ -333,13 +333,16 @@ template <uint FEATURES>
 static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   Material m = met_material(s.materials[g.material], g.meeting == MEETS_DIFFUSE);
   if (g.meeting == COMES_OUT) m = exit_material(s, m);
+  if (catches(params)) meet_catchers(b, s, params, g);
   make_surfaces<FEATURES>(b, s, g);
   if (s.world[0].features & FEATURE_MOTION) make_moving_surfaces(b, s, g);
   run_values(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
-  if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
-  if (has_group(params.groups, GROUP_ambient_occlusion)) show_occlusions(b, s, params, m, g);
-  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, m, g);
+  if (!is_alone(params)) {
+    if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
+    if (has_group(params.groups, GROUP_ambient_occlusion)) show_occlusions(b, s, params, m, g);
+  }
+  if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
   if (g.meeting == LAST) {
     pass_last(b, params, m, g);
     return;
@@ -361,6 +364,7 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
     if (features & FEATURE_MOTION) draw_moving_lights(b, s, g);
+    if (is_alone(params)) drop_away(b, s, params, g);
     if (features & FEATURE_LINKING) link_samples(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
     if (split) note_light_shares(b, params, g);

@@ -14,7 +14,7 @@ FN Ray light_ray(Batch &b, uint at) {
 struct ShadowRays {
   Batch &b;
   Params params;
-  Ray ray(uint i) const { return light_ray(b, b.key[i]); }
+  Ray ray(uint i) const { return among_catchers(light_ray(b, b.key[i]), is_alone(params)); }
   void store(uint i, const Hit &h) {
     uint at = b.key[i];
     if (h.instance == NONE) add_light(b, params, at, load_brought(b, params, at), FROM_LIGHT);
@@ -27,7 +27,7 @@ struct PassingRays {
   Scene s;
   Params params;
   uint features;
-  Ray ray(uint i) const { return b.shadows[b.order[i]].ray; }
+  Ray ray(uint i) const { return among_catchers(b.shadows[b.order[i]].ray, is_alone(params)); }
   void store(uint i, const Hit &h) {
     Shadow &shadow = b.shadows[b.order[i]];
     shadow = pass_shadow(s, params, shadow, h, features, b.shadow_registers.data());
@@ -64,7 +64,7 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
   }
   for (uint i = 0; i < count; i++) {
     Path p = path_at(columns, b.key[i]);
-    b.shadows[i] = make_shadow(rays.ray(i), uint_of(path_passed(p)), p.bounces);
+    b.shadows[i] = make_shadow(light_ray(b, b.key[i]), uint_of(path_passed(p)), p.bounces);
   }
   trace_shadows(b, s, params, count, features);
   for (uint i = 0; i < count; i++) {

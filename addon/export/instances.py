@@ -22,7 +22,7 @@ from .light_linking import LightLinking
 from .lookups import Lookups
 from .material import held_out_program, material_program
 from .mattes import NO_MATERIAL, Mattes
-from .visibility import Appearance, appearances, visibility_of
+from .visibility import Appearance, appearances, is_catcher, visibility_of
 
 # Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
 WITH_MESH = {"MESH", "META"}
@@ -46,6 +46,8 @@ class Gatherer:
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
         self.linking, self.mattes = LightLinking(notes), Mattes(self.view_layer)
+        pass_of_its_own = getattr(getattr(self.view_layer, "cycles", None), "use_pass_shadow_catcher", False)
+        self.shows_shadows = depsgraph.scene_eval.render.film_transparent or pass_of_its_own
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
         self.displacements: dict[int, Displacement] = {}  # by material
@@ -197,8 +199,8 @@ class Gatherer:
 
     def note_extras(self, instance, ob) -> None:
         """What an object has besides its surface and that is left out."""
-        if ob.is_shadow_catcher and ob.type != "LIGHT":
-            self.notes.add("object", ob.name, "shadow catchers are not supported: rendered as a usual object")
+        if ob.type != "LIGHT" and is_catcher(instance, ob) and not self.shows_shadows:
+            self.notes.add("object", ob.name, "shadow catchers want a transparent film: rendered as a usual object")
         if instance.show_particles:
             for system in ob.particle_systems:
                 if system.settings.type == "HAIR" and system.settings.render_type == "PATH":

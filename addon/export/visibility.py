@@ -8,11 +8,13 @@ from dataclasses import dataclass
 RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
         ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
 RAY_CAMERA = 1
+CATCHER_SHIFT = 10  # of kernels/scene_records.h
 
 
 @dataclass(frozen=True)
 class Appearance:
-    """What rays of a mask of RAY_ bits see: the object, or where it is held out a hole of its shape."""
+    """What rays of a mask of RAY_ bits see: the object, or where it is held out a hole of its shape. Catchers of
+    shadows have the mask twice (scene.FIELDS)."""
 
     visibility: int
     held_out: bool
@@ -38,10 +40,12 @@ def appearances(instance, ob, view_layer) -> list[Appearance]:
     camera and for all others, and nothing needs to ask while it is shaded.
     """
     visibility = visibility_of(instance, ob, view_layer)
+    others = visibility | (visibility << CATCHER_SHIFT if is_catcher(instance, ob) else 0)
     if not is_held_out(instance, ob, view_layer):
-        parts = [Appearance(visibility, False)]
+        parts = [Appearance(others, False)]
     else:
-        parts = [Appearance(visibility & RAY_CAMERA, True), Appearance(visibility & ~RAY_CAMERA, False)]
+        hidden = RAY_CAMERA | RAY_CAMERA << CATCHER_SHIFT
+        parts = [Appearance(visibility & RAY_CAMERA, True), Appearance(others & ~hidden, False)]
     return [part for part in parts if part.visibility]
 
 
@@ -49,6 +53,10 @@ def is_held_out(instance, ob, view_layer) -> bool:
     """By its own flag or a collection's; of an instance that of its instancer counts alone, as in Cycles."""
     top = top_of(instance, ob)
     return top is not None and top.original.holdout_get(view_layer=view_layer)
+
+
+def is_catcher(instance, ob) -> bool:
+    return ob.is_shadow_catcher or bool(instance.is_instance and instance.parent and instance.parent.is_shadow_catcher)
 
 
 def top_of(instance, ob):

@@ -117,7 +117,38 @@ def shadows(scene):
     add(scene, "panel", mesh, (0, 2.5, 1.2)).light_linking.blocker_collection = sun.light_linking.blocker_collection
 
 
-CASES = (held_out, held_out_opaque, indirect_only, three_lamps, shadows)
+# ------------------------------------------------------------------ shadow catchers
+
+
+def caught(scene):
+    """The floor catches the shadows of both balls and the light of a panel."""
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.5
+    add(scene, "key", lamp("AREA", shape="SQUARE", size=1.5, energy=300.0), (-3, -1, 5), (0.2, -0.5, 0))
+    scene.render.film_transparent = True
+    bpy.data.objects["floor"].is_shadow_catcher = True
+    bpy.data.objects["diffuse"].data.materials[0] = shader("red", "ShaderNodeBsdfDiffuse", Color=(0.8, 0.1, 0.1, 1.0))
+    mesh = bpy.data.meshes.new("panel")
+    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=0.3))
+    add(scene, "panel", mesh, (0, 2.5, 0.2))
+
+
+# ------------------------------------------------------------------ portals
+
+
+def portal(scene):
+    """A roof and walls around the balls, with an opening that a portal marks."""
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 3.0
+    room = bpy.data.meshes.new("room")
+    room.from_pydata([(-4, -8, 0), (-4, 4, 0), (4, 4, 0), (4, -8, 0), (-4, -8, 4), (-4, 4, 4), (4, 4, 4), (4, -8, 4),
+                      (-4, -1, 4), (4, -1, 4), (-4, 1, 4), (4, 1, 4)], [],
+                     [(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (4, 8, 9, 7), (10, 5, 6, 11)])
+    room.materials.append(shader("walls", "ShaderNodeBsdfDiffuse", Color=(0.7, 0.7, 0.7, 1.0)))
+    add(scene, "room", room)
+    add(scene, "portal", lamp("AREA", shape="RECTANGLE", size=8.0, size_y=2.0, is_portal=True), (0, 0, 4))
+
+
+CASES = (held_out, held_out_opaque, indirect_only, three_lamps, shadows, caught, portal)
 
 if __name__ == "__main__":
     out, case = sys.argv[sys.argv.index("--") + 1:][:2]

@@ -122,6 +122,17 @@ def test_cryptomatte_is_that_of_cycles(host):
     assert np.abs(matte - other).max() < 0.25 and abs((matte - other).mean()) < 2e-3
 
 
+def test_shadows_are_caught_as_by_cycles(host):
+    """The matte and the shadow behind it, or the matte alone beside the shadow's own pass."""
+    host.scenario("shadow_catcher")
+    for kind in ("combined", "apart"):
+        theirs, ours = (read(host.folder / f"{engine}_{kind}.exr") for engine in ("cycles", "isophote"))
+        assert set(theirs) == set(ours) and any("Shadow Catcher" in name for name in ours) == (kind == "apart")
+        for name in ours:
+            assert ours[name].mean() == pytest.approx(theirs[name].mean(), rel=0.05), (kind, name)
+            assert np.abs(ours[name] - theirs[name]).mean() < 0.02, (kind, name)
+
+
 def test_a_render_stops_at_the_error_of_the_panel(host):
     _, log = host.scenario("wanted_error")
     samples = read(host.folder / "wanted_error.exr")["ViewLayer.Sample Count.X"]

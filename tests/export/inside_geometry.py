@@ -259,6 +259,21 @@ def test_indirect_only_collections_are_hidden_from_the_camera():
     assert export().instance_visibility.tolist() == [30]
 
 
+def test_shadow_catchers():
+    """Their visibility stands there twice; a note says where a transparent film, or a pass of its own, is missing."""
+    add("catcher", square()).is_shadow_catcher = True
+    held = add("held out", square())
+    held.is_shadow_catcher = held.is_holdout = True
+    add("usual", square())
+    scene = export()
+    assert "transparent film" in notes_of(scene, "catcher")[0]
+    assert sorted(zip(scene.names["instances"], scene.instance_visibility, strict=True)) == [
+        ("catcher", 31 | 31 << 10), ("held out", 1), ("held out", 30 | 30 << 10), ("usual", 31)]
+    assert scene.catches
+    bpy.context.scene.render.film_transparent = True
+    assert not export().notes
+
+
 def in_collection(ob):
     """The layer collection of a collection that holds nothing else."""
     made = bpy.data.collections.new(ob.name)

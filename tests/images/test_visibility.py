@@ -8,7 +8,8 @@ from tests.images.agreement import SIZE, assert_agrees, made
 
 SAMPLES = 128
 BACKGROUND = (0.2, 0.5, 0.8)  # under what has an alpha
-NOISE = {"held_out": 1.5, "held_out_opaque": 1.5, "indirect_only": 1.5, "three_lamps": 1.5}  # variance over Cycles'
+NOISE = {"held_out": 1.5, "held_out_opaque": 1.5, "indirect_only": 1.5, "three_lamps": 1.5,
+         "caught": 1.5}  # variance over Cycles'
 
 
 @pytest.mark.slow
@@ -27,3 +28,12 @@ def test_linked_shadows_agree(tmp_path):
     found = compare_replicates(renders["isophote"], renders["cycles"])
     assert all(abs(mean["ratio"] - 1.0) < 0.003 for mean in found["means"]) and found["noise"]["median"] < 1.5, found
     assert not renders["scene"].notes and same_bits(renders["scene"], renders["settings"]).get("differing", 0) == 0
+
+
+@pytest.mark.slow
+def test_portals_are_about_noise_alone(tmp_path):
+    renders = render_both(made("nodes/make_visibility.py", tmp_path / "visibility.blend", "portal"), SIZE, 64, 8)
+    found = compare_replicates(renders["isophote"], renders["cycles"])
+    assert all(abs(mean["ratio"] - 1.0) < 1.5 * mean["half_interval"] + 2e-4 for mean in found["means"]), found
+    assert found["tiles"]["passed"] and found["noise"]["median"] < 3, found
+    assert "noisier" in renders["scene"].notes[0]["what"]

@@ -83,8 +83,9 @@ def test_scenes_show_something(name):
     film = plain_film(name)
     passes = make_passes(film, EVERY_PASS)
     assert all(np.isfinite(image).all() for image in passes.values())
-    assert (passes["Combined"][..., :3].sum(-1) > 0).mean() > 0.7
-    assert len(np.unique(passes["Combined"][..., 0])) > 0.6 * film.shape[0] * film.shape[1]
+    shown = passes["Combined"][..., :3] + np.abs(passes["Shadow Catcher"] - 1)
+    assert (shown.sum(-1) > 0).mean() > 0.7
+    assert len(np.unique(shown[..., 0])) > 0.6 * film.shape[0] * film.shape[1]
     assert len(np.unique(passes["Depth"])) > 10 and passes["Error"].max() > 0
     if settings_of(name).film_transparent:
         assert passes["Combined"][..., 3].min() < 1

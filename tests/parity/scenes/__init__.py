@@ -6,6 +6,7 @@ from isophote.materials import make_instruction
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import ARITHMETIC, clamp
+from tests.parity.scenes.caught import caught
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
 from tests.parity.scenes.linked import linked
@@ -267,7 +268,7 @@ def skins() -> Scene:
 
 SCENES = {scene.__name__: scene for scene in (
     cornell_like, spheres, instances, lamps, shaped_lamps, closures, rare_closures, conversions, inputs, pictures,
-    shown, under_skies, moving_panorama, skins, linked, moving, between_frames)}
+    shown, under_skies, moving_panorama, skins, linked, moving, between_frames, caught)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -285,6 +286,7 @@ SETTINGS = {
     "shown": dict(film_transparent=True, named=NAMED),
     "skins": dict(film_transparent=True, clamp_indirect=4.0),
     "linked": dict(film_transparent=True, max_bounces=5),
+    "caught": dict(film_transparent=True, max_bounces=5, clamp_indirect=10.0),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
     "under_skies": dict(max_bounces=4),
 }
