@@ -107,8 +107,8 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
 }
 
 #if SCENE_FEATURES & FEATURE_DEFORMATION
-/* A triangle of a mesh that deforms. */
-FN Hit hit_deforming(Scene s, uint primitive, uint instance, LocalRay space, Ray ray, Hit best) {
+/* A triangle of a mesh that deforms. Apart, as below, so that tracers of other scenes stay as small as they are. */
+FN_APART Hit hit_deforming(Scene s, uint primitive, uint instance, LocalRay space, Ray ray, Hit best) {
   GLOBAL const uint *corner = &s.indices[3u * primitive];
   Motion m = s.motions[instance];
   TriangleHit h = triangle_hit(shape_at(s, m, m.first_shape, corner[0], ray.time), shape_at(s, m, m.first_shape, corner[1], ray.time),
@@ -132,13 +132,17 @@ FN Hit hit_sphere(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
   return keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
 }
 
+#if SCENE_FEATURES & FEATURE_MOTION
+FN_APART LocalRay ray_in_moving(Scene s, uint instance, Ray ray) {
+  Placement m = placement_at(s, s.motions[instance], ray.time);
+  return make_local_ray(unplaced_point(m, ray.origin), unplaced_vector(m, ray.direction));
+}
+#endif
+
 /* The ray in the space of an instance. */
 FN LocalRay ray_in_instance(Scene s, uint instance, Ray ray) {
 #if SCENE_FEATURES & FEATURE_MOTION
-  if (in_motion(s, instance, SCENE_FEATURES & s.world[0].features)) {
-    Placement m = placement_at(s, s.motions[instance], ray.time);
-    return make_local_ray(unplaced_point(m, ray.origin), unplaced_vector(m, ray.direction));
-  }
+  if (in_motion(s, instance, SCENE_FEATURES & s.world[0].features)) return ray_in_moving(s, instance, ray);
 #endif
   return make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
                         transform_vector(s.instances[instance].to_object, ray.direction));

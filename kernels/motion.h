@@ -159,12 +159,4 @@ FN real3 vertex_at(Scene s, uint instance, uint vertex, real time, uint features
   return load3(s.vertices[vertex]);
 }
 
-/* Of an instance whose mesh is smooth. */
-FN real3 vertex_normal_at(Scene s, uint instance, uint vertex, real time, uint features) {
-#if SCENE_FEATURES & FEATURE_DEFORMATION
-  if (in_deformation(s, instance, features)) return shape_at(s, s.motions[instance], s.motions[instance].first_normal, vertex, time);
-#endif
-  return load3(s.normals[s.instances[instance].first_normal + vertex]);
-}
-
 #endif

@@ -109,9 +109,17 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     error = error + (abs3(e1) + abs3(e2)) * (REAL(4.0) * ROUNDING);
     real3 off_plane = abs3(across) * fabs(dot3(across, r.p - v0));
     if (features & FEATURE_SMOOTH) {
-      if (instance->visibility & INSTANCE_SMOOTH)
-        ns = vertex_normal_at(s, h.instance, i0, time, features) * b0 + vertex_normal_at(s, h.instance, i1, time, features) * h.u +
-             vertex_normal_at(s, h.instance, i2, time, features) * h.v;
+      uint first = instance->first_normal;
+      int smooth = (instance->visibility & INSTANCE_SMOOTH) != 0u;
+      if (smooth)
+        ns = load3(s.normals[first + i0]) * b0 + load3(s.normals[first + i1]) * h.u + load3(s.normals[first + i2]) * h.v;
+#if SCENE_FEATURES & FEATURE_DEFORMATION
+      if (smooth && in_deformation(s, h.instance, features)) {
+        Motion m = s.motions[h.instance];
+        ns = shape_at(s, m, m.first_normal, i0, time) * b0 + shape_at(s, m, m.first_normal, i1, time) * h.u +
+             shape_at(s, m, m.first_normal, i2, time) * h.v;
+      }
+#endif
     }
 #if SCENE_FEATURES & FEATURE_MOTION
     int moves = in_motion(s, h.instance, features);

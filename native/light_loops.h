@@ -181,7 +181,7 @@ static void shine_lights(Batch &__restrict b, Scene s, Params params, Group g) {
     c.brought.indirect = path_bounce(p) > 0;
     c.passed = uint_of(path_passed(p));
     c.bounces = p.bounces;
-    c.ray = light_ray(b, i);
+    c.ray = light_ray(b, columns, i);
     c = shine(s, params, c, s.world[0].features, b.shadow_registers.data());
     b.cr[i] = c.brought.light.x;
     b.cg[i] = c.brought.light.y;

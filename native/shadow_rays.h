@@ -5,16 +5,17 @@
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
-FN Ray light_ray(Batch &b, uint at) {
+FN Ray light_ray(const Batch &b, Columns columns, uint at) {
   return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
-                    b.distance[at], b.light_instance[at], b.light_primitive[at], path_time(path_at(b.columns(), at)));
+                    b.distance[at], b.light_instance[at], b.light_primitive[at], path_time(path_at(columns, at)));
 }
 
 /* The shadow rays of a group's connections that bring light: their paths in key. */
 struct ShadowRays {
   Batch &b;
+  Columns columns;
   Params params;
-  Ray ray(uint i) const { return among_catchers(light_ray(b, b.key[i]), is_alone(params)); }
+  Ray ray(uint i) const { return among_catchers(light_ray(b, columns, b.key[i]), is_alone(params)); }
   void store(uint i, const Hit &h) {
     uint at = b.key[i];
     if (h.instance == NONE) add_light(b, params, at, load_brought(b, params, at), FROM_LIGHT);
@@ -57,14 +58,14 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     count += !is_dark(make_real3(b.cr[i], b.cg[i], b.cb[i]));
   }
   b.shadow += count;
-  ShadowRays rays{b, params};
+  ShadowRays rays{b, columns, params};
   if (!(features & FEATURE_TRANSPARENT)) {
     trace_all(s, rays, count, 1);
     return;
   }
   for (uint i = 0; i < count; i++) {
     Path p = path_at(columns, b.key[i]);
-    b.shadows[i] = make_shadow(light_ray(b, b.key[i]), uint_of(path_passed(p)), p.bounces);
+    b.shadows[i] = make_shadow(light_ray(b, columns, b.key[i]), uint_of(path_passed(p)), p.bounces);
   }
   trace_shadows(b, s, params, count, features);
   for (uint i = 0; i < count; i++) {

@@ -142,25 +142,27 @@ class Moving:
         return self.key_arrays() | self.shape_arrays(depsgraph)
 
     def key_arrays(self) -> dict[str, np.ndarray]:
-        own = self.scene.instance_to_world
-        counts, keys = np.zeros(len(own), np.uint32), []
-        for row, first in enumerate(self.first_rows):
-            steps = self.steps[first]
-            made = [self.place_at(first, time) for time in parts_of(steps)] if steps else []
-            limit = MOVED * np.abs(own[row]).max()
-            if not all(np.abs(each - own[row]).max() <= limit for each in made):
-                counts[row] = len(made)
-                keys += made
-        return {"instance_keys": counts, "key_to_world": np.array(keys)} if keys else {}
+        own, first = self.scene.instance_to_world, np.array(self.first_rows, int)
+        steps, counts, made = np.array(self.steps, int)[first], np.zeros(len(own), np.uint32), {}
+        for each in set(self.steps) - {0}:
+            rows = np.flatnonzero(steps == each)
+            keys = np.stack([self.places_at(first[rows], time) for time in parts_of(each)], axis=1)
+            change = np.abs(keys - own[rows, None]).max(axis=(1, 2, 3))
+            moved = ~(change <= MOVED * np.abs(own[rows]).max(axis=(1, 2)))
+            counts[rows[moved]] = keys.shape[1]
+            made |= zip(rows[moved].tolist(), keys[moved], strict=True)
+        if not made:
+            return {}
+        return {"instance_keys": counts, "key_to_world": np.concatenate([made[row] for row in sorted(made)])}
 
-    def place_at(self, row: int, time: float) -> np.ndarray:
-        """f8 [3, 4]; that of the middle where there is no such instance at that time."""
-        own = self.scene.instance_to_world[row]
-        if time == 0.5 or np.isnan(self.places[time][row, 3, 3]):
+    def places_at(self, rows: np.ndarray, time: float) -> np.ndarray:
+        """f8 [n, 3, 4]; those of the middle where there is no such instance at that time."""
+        own = self.scene.instance_to_world[rows]
+        if time == 0.5:
             return own
-        made = self.places[time][row, :3].copy()
-        made[:, 3] -= self.scene.origin
-        return made
+        found = self.places[time][rows]
+        found[:, :3, 3] -= self.scene.origin
+        return np.where(np.isnan(found[:, 3, 3])[:, None, None], own, found[:, :3])
 
     def shape_arrays(self, depsgraph) -> dict[str, np.ndarray]:
         deforming = {mesh: shapes for mesh, shapes in self.shapes.items() if all(shapes.values())}

@@ -202,7 +202,7 @@ def test_every_input_counts():
     for name in geometry.INPUTS:
         scene = with_slots()
         array = scene.arrays[name].copy()
-        array.view(np.uint8).reshape(-1)[0] ^= 1
+        array.reshape(-1).view(np.uint8)[0] ^= 1
         scene.arrays[name] = array
         assert kept.changes(scene) == {name}
 
