@@ -20,7 +20,7 @@ import numpy as np
 
 from isophote.records import numbers
 
-FORMAT = 4
+FORMAT = 5
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,8 @@ FIELDS: dict[str, Field] = {
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
     "instance_index": Field("f4", ("I",), "Blender's pass index of the object", zeros=True),
     "instance_group": Field("u4", ("I",), "light group of what it emits, 0: none, 1: the first", zeros=True),
+    "instance_terminator": Field("f4", ("I",), "cosine below which rays to lights start above its smooth triangles "
+                                               "(kernels/terminator.h); 0: nowhere", zeros=True),
     "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h)"),
     "slot_materials": Field("u4", ("Q",), "material of each slot"),
     "sphere_center": Field("f8", ("S", 3), "relative to origin"),

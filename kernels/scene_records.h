@@ -43,6 +43,7 @@
 #define FEATURE_PANORAMA 1048576u /* a camera that is neither perspective nor orthographic */
 #define FEATURE_CAMERA_MOTION 2097152u /* the camera moves while its shutter is open */
 #define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
+#define FEATURE_TERMINATOR 33554432u /* rays from some smooth mesh to lights start above its triangles: terminator.h */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu

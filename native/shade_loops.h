@@ -345,10 +345,13 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     else if (features & FEATURE_SHINES) draw_lights<LAMPS>(b, s, g);
     else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
     else draw_lights<0>(b, s, g);
+    if (features & FEATURE_TERMINATOR) turn_to_lights(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
+    if (features & FEATURE_TERMINATOR) turn_back(b, g);
     if (split) note_light_shares(b, params, g);
     if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
     else connect_lights<false>(b, params, g);
+    if (features & FEATURE_TERMINATOR) lift_rays(b, s, g);
     if (features & FEATURE_SHINES) shine_lights(b, s, params, g);
     connect_batch(b, s, params, g, features);
   }

@@ -52,7 +52,7 @@ class Gatherer:
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
         self.slots: list[int] = []
-        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index, group)
+        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, ...)
         self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group)
         self._material_of: dict = {}
         self._slots_of: dict[tuple, int] = {}
@@ -121,7 +121,8 @@ class Gatherer:
         if mesh is None:
             return
         slots = self.slots_of(ob, self.meshes.needed[mesh])
-        self._looks[key] = mesh, slots, visibility, ob.name, ob.pass_index, self.light_groups.of(ob)
+        self._looks[key] = (mesh, slots, visibility, ob.name, ob.pass_index, self.light_groups.of(ob),
+                            compat.terminator_offset(ob, "geometry"))
         self.instances.append((number, *self._looks[key]))
 
     def add_sphere(self, matrix: np.ndarray, ob, visibility: int) -> None:
@@ -202,6 +203,8 @@ class Gatherer:
 
     def note_extras(self, instance, ob) -> None:
         """What an object has besides its surface and that is left out."""
+        if compat.terminator_offset(ob, "shading") > 0.0:
+            self.notes.add("object", ob.name, "the shading offset of its shadow terminator is not supported: left out")
         if ob.is_shadow_catcher and ob.type != "LIGHT":
             self.notes.add("object", ob.name, "shadow catchers are not supported: rendered as a usual object")
         in_holdout = not instance.is_instance and ob.original.holdout_get(view_layer=self.depsgraph.view_layer)

@@ -75,7 +75,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
     normals = scene.normals @ linear
     a["normals"] = (normals / np.linalg.norm(normals, axis=-1, keepdims=True)).astype(np.float32)
     if np.linalg.det(linear) < 0:  # outside stays outside
-        a["triangles"], a["normals"] = a["triangles"][:, [0, 2, 1]], a["normals"][:, [0, 2, 1]]
+        a["triangles"] = a["triangles"][:, [0, 2, 1]]
     into = scene.instance_to_world
     into = np.concatenate([into[:, :, :3] @ linear, into[:, :, :3] @ matrix[:, 3:] + into[:, :, 3:]], axis=2)
     meshes, slots = len(scene.mesh_normals), int(scene.triangle_slots.max(initial=0)) + 1
@@ -84,6 +84,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
         "instance_mesh": np.append(scene.instance_mesh, np.arange(meshes)),
         "instance_to_world": np.concatenate([into, np.broadcast_to(place(), (meshes, 3, 4))]),
         "instance_visibility": np.append(scene.instance_visibility, np.zeros(meshes)),
+        "instance_terminator": np.append(scene.instance_terminator, np.zeros(meshes)),
         "instance_slots": np.append(scene.instance_slots, np.full(meshes, len(scene.slot_materials))),
         "slot_materials": np.append(scene.slot_materials, np.full(slots, black)),
         "material_first": np.append(scene.material_first, len(scene.instruction_op) + 1),
@@ -120,8 +121,9 @@ def for_any_scene(prepared):
     lights = n["FEATURE_LIGHTS"] | n["FEATURE_LAMPS"] | n["FEATURE_VISIBLE_LIGHTS"]
     every = sum(value for name, value in n.items() if name.startswith("FEATURE_")) & ~lights
     every |= lights if prepared.features & lights else 0
-    # These say that there is an array of slots, and values that are computed of surfaces, the world and lights.
-    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "LENS", "CAMERA_MOTION")
+    # These say that there are arrays of slots and terminators, and values computed of surfaces, the world and lights.
+    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "LENS", "CAMERA_MOTION",
+             "TERMINATOR")
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
     closures = [number for name, (number, _) in OPERATIONS.items() if name != "emission"]
     unused = make_records("Instruction", len(closures), op=closures)
