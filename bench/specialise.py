@@ -36,7 +36,8 @@ from isophote.settings import Settings
 from isophote.validate import clean
 
 # Features that a scene has only with arrays that others lack.
-WANTING = ("WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "CAMERA_MOTION", "MOTION", "DEFORMATION", "LINKING")
+WANTING = ("WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "CAMERA_MOTION", "MOTION", "DEFORMATION", "LINKING",
+           "TERMINATOR")
 
 
 def generalised(prepared: Prepared) -> Prepared:

@@ -93,7 +93,7 @@ def program_buffers(scene: Scene, geometry: dict[str, np.ndarray]) -> dict[str, 
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": filter_tables(scene), "albedo_tables": albedo_tables(instructions),
-        "light_groups": light_groups(scene), "aovs": make_aovs(scene),
+        "light_groups": light_groups(scene), "aovs": make_aovs(scene), "terminators": terminators(scene),
         "pass_indices": np.concatenate([pass_indices(scene), matte_ids(scene)])}
     buffers["world"] = make_world(scene, buffers)
     buffers["world"]["features"] = find_features(scene, buffers, materials)
@@ -157,6 +157,13 @@ def light_groups(scene: Scene) -> np.ndarray:
     """Of instances and spheres; empty where none has one."""
     joined = np.concatenate([scene.instance_group, scene.sphere_group])
     return joined if joined.any() else joined[:0]
+
+
+def terminators(scene: Scene) -> np.ndarray:
+    """Of instances of smooth meshes; empty where all are 0."""
+    smooth = scene.mesh_normals[scene.instance_mesh] >= 0
+    made = np.where(smooth, scene.instance_terminator, np.float32(0.0))
+    return made if made.any() else made[:0]
 
 
 def make_aovs(scene: Scene) -> np.ndarray:
@@ -393,6 +400,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_VALUES": len(scene.step_op) > 0 or len(scene.uv_attribute) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,
+        "FEATURE_TERMINATOR": len(buffers["terminators"]) > 0,
         "FEATURE_SUBSURFACE": (materials["flags"] & n["MATERIAL_SUBSURFACE"]).any(),
         "FEATURE_MOTION": moving(scene).any() or deforming(scene).any(),
         "FEATURE_DEFORMATION": deforming(scene).any(),

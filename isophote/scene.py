@@ -81,6 +81,8 @@ FIELDS: dict[str, Field] = {
                            zeros=True),
     "instance_unlinked": Field("u8", ("I", 2), "masks of the sets of receivers that it does not light, and of blockers "
                                                "that do not stop its light", zeros=True),
+    "instance_terminator": Field("f4", ("I",), "cosine below which rays to lights start above its smooth triangles "
+                                               "(kernels/terminator.h); 0: nowhere", zeros=True),
     "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h), of catchers of shadows "
                                                "a second time CATCHER_SHIFT higher"),
     "slot_materials": Field("u4", ("Q",), "material of each slot"),

@@ -158,5 +158,12 @@ FN real3 vertex_at(Scene s, uint instance, uint vertex, real time, uint features
 #endif
   return load3(s.vertices[vertex]);
 }
+/* Of a vertex of a smooth mesh, whose numbers and `first` add up to those of its normals. */
+FN real3 normal_at(Scene s, uint instance, uint first, uint vertex, real time, uint features) {
+#if SCENE_FEATURES & FEATURE_DEFORMATION
+  if (in_deformation(s, instance, features)) return shape_at(s, s.motions[instance], s.motions[instance].first_normal, vertex, time);
+#endif
+  return load3(s.normals[first + vertex]);
+}
 
 #endif

@@ -28,6 +28,7 @@
   X(float, attribute_values, "")                                                               \
   X(uint, instance_meshes, "mesh of each instance; empty where no step reads an attribute")      \
   X(float, instance_values, "what steps ask of each instance, by instance and column")         \
+  X(float, terminators, "cutoff of each instance that is smooth (terminator.h), else 0; empty where all are 0") \
   X(uint, light_groups, "of instances and spheres; empty where none has one")                  \
   X(float, pass_indices, "of instances, spheres and materials, then ids for Cryptomatte; either only where there are some") \
   X(Image, images, "")                                                                         \

@@ -46,6 +46,7 @@
 #define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
 #define FEATURE_MOTION 8388608u /* some instance moves, or its mesh deforms, while the shutter is open */
 #define FEATURE_DEFORMATION 16777216u /* some mesh deforms */
+#define FEATURE_TERMINATOR 33554432u /* rays from some smooth mesh to lights start above its triangles: terminator.h */
 #define FEATURE_CATCHERS 67108864u /* some object catches shadows */
 #define FEATURE_LINKING 134217728u /* some light does not light, or is not stopped by, all objects */
 /* Those of the scene at hand where code is compiled for one scene, else all. */

@@ -7,6 +7,7 @@
 #include "path.h"
 #include "sampler.h"
 #include "scatter.h"
+#include "terminator.h"
 #include "walk.h"
 
 /* ---------------------------------------------------------------- generate */

@@ -344,13 +344,16 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
    * their code twice shading took a tenth longer on an H200 and compiled for 0.8 s more. */
   int split = has_any(groups, GROUPS_SPLIT) && path_bounce(p) == 0;
+  int lifts = (SCENE_FEATURES & FEATURE_TERMINATOR) != 0u;
   Evaluated next, of_light;
   next.value = make_value(zero3(), REAL(0.0));
   next.parts = no_shares();
 #pragma unroll 1
   for (int turn = lit ? 0 : 1; turn < 2; turn++) {
     of_light = next;
-    next = evaluate_material(s, m, diffuse, at, choice, wo_world, turn ? direction : light.direction,
+    Surface side = at;
+    if (lifts && !turn) side.ng = light_side(s, at, h.instance);
+    next = evaluate_material(s, m, diffuse, side, choice, wo_world, turn ? direction : light.direction,
                              turn ? 0u : light.hidden, registers, split);
   }
   if (split) {
@@ -362,6 +365,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     r.connection = connect_light(params, at, light, of_light.value, p);
     if (SCENE_FEATURES & FEATURE_LINKING) r.connection.alone = weight_alone(light, of_light.value);
     r.connected = !is_dark(r.connection.brought.light);
+    if (lifts && r.connected) r.connection.ray = lifted_ray(s, at, h, r.connection.ray);
   }
   Scattered on = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, next.value,
                               sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);

@@ -170,6 +170,42 @@ static void connect_lights(Batch &__restrict b, Params params, Group g) {
   }
 }
 
+/* Lets the group's surfaces have the normals that tell the sides of lights; the geometric ones wait in another column. */
+static void turn_to_lights(Batch &__restrict b, Scene s, Group g) {
+  FOR_PATHS(i, g.first, g.end) {
+    real3 side = light_side(s, load_surface(b, i, g.material), b.hit_instance[i]);
+    b.cox[i] = b.ngx[i];
+    b.coy[i] = b.ngy[i];
+    b.coz[i] = b.ngz[i];
+    b.ngx[i] = side.x;
+    b.ngy[i] = side.y;
+    b.ngz[i] = side.z;
+  }
+}
+static void turn_back(Batch &__restrict b, Group g) {
+  FOR_PATHS(i, g.first, g.end) {
+    b.ngx[i] = b.cox[i];
+    b.ngy[i] = b.coy[i];
+    b.ngz[i] = b.coz[i];
+  }
+}
+
+/* Lifts the rays of the group's connections that bring light. */
+static void lift_rays(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    if (is_dark(make_real3(b.cr[i], b.cg[i], b.cb[i]))) continue;
+    Ray ray = lifted_ray(s, load_surface(b, i, g.material), load_hit(b, i), light_ray(b, columns, i));
+    b.cox[i] = ray.origin.x;
+    b.coy[i] = ray.origin.y;
+    b.coz[i] = ray.origin.z;
+    b.ldx[i] = ray.direction.x;
+    b.ldy[i] = ray.direction.y;
+    b.ldz[i] = ray.direction.z;
+    b.distance[i] = ray.t_max;
+  }
+}
+
 /* Completes the group's connections where their lights' radiance is computed. */
 static void shine_lights(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();

@@ -366,11 +366,14 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     if (features & FEATURE_MOTION) draw_moving_lights(b, s, g);
     if (is_alone(params)) drop_away(b, s, params, g);
     if (features & FEATURE_LINKING) link_samples(b, s, g);
+    if (features & FEATURE_TERMINATOR) turn_to_lights(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
+    if (features & FEATURE_TERMINATOR) turn_back(b, g);
     if (split) note_light_shares(b, params, g);
     if (features & FEATURE_LINKING) find_weights_alone(b, g);
     if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
     else connect_lights<false>(b, params, g);
+    if (features & FEATURE_TERMINATOR) lift_rays(b, s, g);
     if (features & FEATURE_SHINES) shine_lights(b, s, params, g);
     connect_batch(b, s, params, g, features);
   }

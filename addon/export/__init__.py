@@ -111,7 +111,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
 def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
     if not gatherer.instances:
         return {}
-    numbers, meshes, slots, visibility, _, indices, groups, _ = zip(*gatherer.instances, strict=True)
+    numbers, meshes, slots, visibility, _, indices, groups, _, terminators = zip(*gatherer.instances, strict=True)
     matrices = gatherer.matrices[list(numbers), :3]
     matrices[:, :, 3] -= gatherer.origin
     return {
@@ -120,6 +120,7 @@ def join_instances(gatherer: Gatherer) -> dict[str, np.ndarray]:
         "instance_slots": np.array(slots, np.uint32),
         "instance_visibility": np.array(visibility, np.uint32),
         "instance_index": np.array(indices, np.float32),
+        "instance_terminator": np.array(terminators, np.float32),
         "instance_group": np.array(groups, np.uint32),
         "slot_materials": np.array(gatherer.slots, np.uint32),
     }

@@ -54,9 +54,10 @@ class Gatherer:
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
         self.slots: list[int] = []
-        # (number of its matrix, mesh, first slot, visibility, name, index, group, number in `linking`)
+        # (number of its matrix, mesh, first slot, visibility, name, index, group, number in `linking`, terminator)
         self.instances: list[tuple] = []
-        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group, the same number)
+        # (centre, radius, material, visibility, name, index, group, number in `linking`)
+        self.spheres: list[tuple] = []
         self._material_of: dict[tuple, int] = {}
         self._slots_of: dict[tuple, int] = {}
         self._looks: dict[tuple, list[tuple]] = {}  # what instances of one object share: the end of each one's tuples
@@ -127,8 +128,9 @@ class Gatherer:
         mesh = self.meshes.number_of(ob, self.attributes_of(ob), displaced)
         if mesh is None:
             return
-        self._looks[key] = [(mesh, self.slots_of(ob, self.meshes.needed[mesh], part.held_out), part.visibility, *shared)
-                            for part in parts]
+        terminator = compat.terminator_offset(ob, "geometry")
+        self._looks[key] = [(mesh, self.slots_of(ob, self.meshes.needed[mesh], part.held_out), part.visibility, *shared,
+                             terminator) for part in parts]
         self.instances += [(number, *look) for look in self._looks[key]]
 
     def add_sphere(self, matrix: np.ndarray, ob, parts: list[Appearance], shared: tuple) -> None:
@@ -201,6 +203,8 @@ class Gatherer:
         """What an object has besides its surface and that is left out."""
         if ob.type != "LIGHT" and is_catcher(instance, ob) and not self.shows_shadows:
             self.notes.add("object", ob.name, "shadow catchers want a transparent film: rendered as a usual object")
+        if compat.terminator_offset(ob, "shading") > 0.0:
+            self.notes.add("object", ob.name, "the shading offset of its shadow terminator is not supported: left out")
         if instance.show_particles:
             for system in ob.particle_systems:
                 if system.settings.type == "HAIR" and system.settings.render_type == "PATH":

@@ -79,7 +79,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
     normals = scene.normals @ linear
     a["normals"] = (normals / np.linalg.norm(normals, axis=-1, keepdims=True)).astype(np.float32)
     if np.linalg.det(linear) < 0:  # outside stays outside
-        a["triangles"], a["normals"] = a["triangles"][:, [0, 2, 1]], a["normals"][:, [0, 2, 1]]
+        a["triangles"] = a["triangles"][:, [0, 2, 1]]
     into = scene.instance_to_world
     into = np.concatenate([into[:, :, :3] @ linear, into[:, :, :3] @ matrix[:, 3:] + into[:, :, 3:]], axis=2)
     meshes, slots = len(scene.mesh_normals), int(scene.triangle_slots.max(initial=0)) + 1
@@ -88,6 +88,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
         "instance_mesh": np.append(scene.instance_mesh, np.arange(meshes)),
         "instance_to_world": np.concatenate([into, np.broadcast_to(place(), (meshes, 3, 4))]),
         "instance_visibility": np.append(scene.instance_visibility, np.zeros(meshes)),
+        "instance_terminator": np.append(scene.instance_terminator, np.zeros(meshes)),
         "instance_slots": np.append(scene.instance_slots, np.full(meshes, len(scene.slot_materials))),
         "instance_keys": np.append(scene.instance_keys, np.zeros(meshes)),
         "slot_materials": np.append(scene.slot_materials, np.full(slots, black)),

@@ -72,7 +72,7 @@ def spheres() -> Scene:
     b.add((shape[0] * 0.5 + (-1.2, -1.8, 0.4), shape[1]), GLASS, normals=shape[0] / 0.6)
     b.sphere((-0.9, -1.5, 0.1), 0.1, b.material(emission((4, 2, 1))))
     b.lamp(POINT, 300.0, place((3, -4, 5)), (0.3, 0))
-    return b.make()
+    return b.make(instance_terminator=[0.1, 0.3, 0.1])
 
 
 def instances() -> Scene:
@@ -97,7 +97,7 @@ def instances() -> Scene:
     for _ in range(3):
         b.instance(panel, veil, matrix=place((0.5, -2.2, 0.6), (1.5, 1, 1.2)))
     b.lamp(SUN, 2.0, look_at((3, -2, 6), (0, 0, 0)), (0.1, 0))
-    return b.make()
+    return b.make(instance_terminator=[0.1 * (k % 3) for k in range(len(b.instances))])
 
 
 def lamps() -> Scene:
