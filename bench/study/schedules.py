@@ -226,7 +226,7 @@ class Regeneration(Pipeline):
         return self.device.strided(places)
 
     def trace(self, params, film, first, pixels, samples, bounces, cancelled) -> bool:
-        count = pixels * samples
+        (params,), count = params, pixels * samples
         pool = min(self.pool, count)
         rounds = bounces * (-(-count // pool) + 1)
         lengths = np.zeros(2 * rounds + 4, np.uint32)
