@@ -72,10 +72,14 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     # roughness: of the surface where light enters. diffuse: chance that it enters by Lambert's law instead. out: 1
     "subsurface": (31, ("radius_r", "radius_g", "radius_b", "albedo_r", "albedo_g", "albedo_b", "anisotropy", "ior",
                         "roughness", "diffuse", "out")),
+    # of volumes, which have no others but emission (per metre): weight is 1/m; extinction is folded into the material's
+    # record, and is what absorbs and what scatters together
+    "extinction": (64, ()),
+    "scattering": (65, ("anisotropy", "alpha")),  # of Draine's phase function (kernels/phase.h)
 }
 
 # These may be left out.
-DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b", "out")}
+DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b", "out")} | {"alpha": 0.0}
 
 # alpha^2 at and below which a GGX lobe is a mirror (kernels/bsdf/microfacet.h).
 DELTA_ALPHA2 = 2e-10

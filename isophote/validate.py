@@ -17,6 +17,7 @@ from isophote.materials import OPERATIONS
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import operations
+from isophote.volumes import is_deeply_nested
 
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
 
@@ -190,7 +191,7 @@ def index_problems(scene: Scene) -> list[Problem]:
     a, problems = scene.arrays, []
 
     def inside(group, array, end, into, owner=lambda row: row):
-        values = a[array]
+        values = np.atleast_1d(a[array])
         if values.size and int(values.max()) >= end:
             row = int(np.argmax(values.reshape(len(values), -1).max(axis=1)))
             problems.append(Problem("error", scene.name_of(group, owner(row)),
@@ -217,6 +218,8 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
     inside("worlds", "world_material", len(a["material_first"]) - 1, "material")
     inside("lights", "light_material", len(a["material_first"]), "material")
+    inside("materials", "material_volume", len(a["material_first"]), "material")
+    inside("worlds", "world_volume", len(a["material_first"]), "material")
     if problems:
         return problems
     counts = np.diff(a["mesh_triangles"].astype(np.int64))
@@ -441,6 +444,9 @@ def world_problems(scene: Scene) -> list[Problem]:
     for group in ("instances", "spheres", "materials"):
         for index in np.flatnonzero(~np.isfinite(scene.arrays[f"{group.removesuffix('s')}_index"])):
             problems.append(Problem("error", scene.name_of(group, index), "its pass index is not finite"))
+    if is_deeply_nested(scene):
+        problems.append(Problem("warning", "scene", f"more than {numbers()['MOST_VOLUMES']} volumes may lie in each "
+                                                    "other: where that is so, the first ones count"))
     dark = not (scene.world_radiance.any() or len(scene.world_material))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
         black = ", and the world is black" if dark else ""

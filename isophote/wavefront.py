@@ -16,8 +16,8 @@ from isophote.records import numbers
 # Columns of 4 bytes a path, by buffer; `columns` are as many as the film's further planes want.
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
-MEDIUM_COLUMNS = 11  # kernels/walk.h
-KERNELS = ("generate", "extend", "shade", "complete", "connect", "accumulate")
+MEDIUM_COLUMNS, VOLUME_COLUMNS = 11, 18  # kernels/walk.h, volume.h
+KERNELS = ("generate", "extend", "travel", "shade", "complete", "connect", "accumulate")
 GROUP = 64  # work-items of a group
 # Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
 # H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
@@ -31,10 +31,12 @@ BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bo
 
 def path_columns(planes: Planes, features: int) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
-    walks = features & numbers()["FEATURE_SUBSURFACE"]
+    walks, travels = (features & numbers()[name] for name in ("FEATURE_SUBSURFACE", "FEATURE_VOLUME"))
     medium = {"reals": COLUMNS["reals"] + MEDIUM_COLUMNS} if walks else {}
     cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if planes.clamps else {}
-    return COLUMNS | medium | cut | {"columns": max(planes.columns, 1)}
+    volumes = {"uints": COLUMNS["uints"] + VOLUME_COLUMNS,
+               "light_uints": COLUMNS["light_uints"] + 1 + VOLUME_COLUMNS} if travels else {}
+    return COLUMNS | medium | volumes | cut | {"columns": max(planes.columns, 1)}
 
 
 def shade_group(device, cl) -> int:
@@ -52,6 +54,7 @@ class Wavefront:
     def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, features: int):
         self.cl, self.queue, self.paths = cl, queue, paths
         self.completes = bool(features & numbers()["FEATURE_SHINES"])
+        self.travels = bool(features & numbers()["FEATURE_VOLUME"])
         context, flags = queue.context, cl.mem_flags
         self.buffers = {name: cl.Buffer(context, flags.READ_WRITE, 4 * columns * paths)
                         for name, columns in path_columns(planes, features).items()}
@@ -79,6 +82,8 @@ class Wavefront:
                 ("extend", parity): (*scene, None, *path, *hit, b[now], self.counts, None),
                 ("shade", parity): (*scene, None, *path, *hit, *light, *result, b[now], b[following],
                                     b["light_queue"], self.counts, None)}
+            if self.travels:
+                self.kernels["travel", parity] = (*scene, None, *path, *hit, *result, b[now], self.counts, None)
         self.kernels |= {
             ("connect", 0): (*scene, None, stride, *light, *result, b["light_queue"], self.counts, None),
             ("accumulate", 0): (None, stride, *result, None, None, None)}
@@ -122,6 +127,8 @@ class Wavefront:
                 break
             parity, each = bounce % 2, self.rays_each if bounce else 1
             self.launch("extend", alive, params, u(bounce), parity=parity, each=each)
+            if self.travels:
+                self.launch("travel", alive, params, u(bounce), parity=parity)
             self.launch("shade", alive, params, u(bounce), parity=parity)
             if self.completes:
                 self.launch("complete", alive, params, u(bounce))

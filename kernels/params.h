@@ -17,6 +17,7 @@
   X(int, diffuse_bounces)                                                                      \
   X(int, glossy_bounces)                                                                       \
   X(int, transmission_bounces)                                                                 \
+  X(int, volume_bounces)                                                                       \
   X(int, transparent_bounces)                                                                  \
   X(float, filter_width) /* pixels */                                                          \
   X(float, clamp_direct) /* sum of the three channels above which light is scaled; 0: off */   \
@@ -87,7 +88,7 @@ enum { /* without those that are named */
 };
 #define SHARE_COLUMNS 12u /* of a path where GROUPS_SPLIT are told apart (passes.h) */
 #define GUIDE_COLUMNS 4u  /* and where denoisers are guided */
-#define LIMITS 5 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, transparent */
+#define LIMITS 6 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, volume, transparent */
 
 #define DEPTH_NOTHING REAL(1e10) /* as Cycles writes where the camera sees nothing */
 

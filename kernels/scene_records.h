@@ -43,6 +43,7 @@
 #define FEATURE_PANORAMA 1048576u /* a camera that is neither perspective nor orthographic */
 #define FEATURE_CAMERA_MOTION 2097152u /* the camera moves while its shutter is open */
 #define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
+#define FEATURE_VOLUME 268435456u /* something fills the world or the inside of an object */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -135,6 +136,8 @@ typedef struct {
   uint light_group;   /* of the world */
   uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
+  uint volume;          /* the material that fills the world; NONE: nothing does */
+  uint camera_enclosed; /* 1: paths may begin in volumes of objects */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
@@ -159,13 +162,16 @@ typedef struct {
 #define MATERIAL_BUMPS 64u      /* a closure has a normal of its own */
 #define MATERIAL_HOLDS_OUT 128u /* has an OP_HOLDOUT: takes alpha from a transparent film */
 #define MATERIAL_SUBSURFACE 256u /* has an OP_SUBSURFACE */
+#define MATERIAL_BOUNDARY 4096u /* of a volume: there is no surface */
+#define MOST_VOLUMES 8u /* that a path can be in at once */
 typedef struct {
   uint first, count; /* instructions; behind them where the scene has FEATURE_SUBSURFACE that of light that comes out */
   uint flags;
-  packed3 emission;     /* radiance, both sides */
-  packed3 transparency; /* what a shadow ray keeps */
+  packed3 emission;     /* radiance, both sides; of a volume per metre */
+  packed3 transparency; /* what a shadow ray keeps; of a volume its extinction, 1/m */
   uint first_step, steps; /* what computes its values */
   uint shadow_steps;      /* of them, the first ones, which transparency needs */
+  uint volume;            /* the material that fills what it encloses; NONE: nothing does */
 } Material;
 
 /* One closure or layer of a material, 64 bytes (bsdf/bsdf.h lists the operations). Weight and parameters are constants,

@@ -89,6 +89,17 @@ FN void count_limits(GLOBAL uint *limits, uint reached) {
     if (reached >> k & 1u) atomic_inc(&limits[k]);
 }
 
+typedef struct {
+  Path path;
+  Connection connection;
+  Medium medium; /* of a path that has gone below the surface */
+  int alive, connected;
+} Shaded;
+
+#if SCENE_FEATURES & FEATURE_VOLUME
+#include "travel.cl"
+#endif
+
 FN GLOBAL const ListedPixel *listed_pixels(GLOBAL const Params *params_buffer) {
   return (GLOBAL const ListedPixel *)(params_buffer + 1);
 }
@@ -130,6 +141,9 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   for (uint k = i; k < counts_length; k += get_global_size(0)) counts[k] = k ? 0u : count;
   if (i >= count) return;
   store_path(reals, uints, stride, i, start_path(s, params_buffer, results, columns, stride, first_pixel, i));
+#if SCENE_FEATURES & FEATURE_VOLUME
+  begin_in_volumes(s, load_path(reals, uints, stride, i), uints, stride, i);
+#endif
   queue[i] = i;
 }
 
@@ -193,13 +207,6 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   }
 }
 
-typedef struct {
-  Path path;
-  Connection connection;
-  Medium medium; /* of a path that has gone below the surface */
-  int alive, connected;
-} Shaded;
-
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
   add_result(results, columns, stride, p.slot, params, see_world(s, params, p, r), seen_from(p, GROUP_environment, s.world[0].light_group));
   results[3u * stride + p.slot] -= lost_alpha(params, p);
@@ -211,7 +218,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   r.alive = 0;
   r.connected = 0;
   real registers[REGISTERS];
-  if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
+  if ((SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) && !(SCENE_FEATURES & FEATURE_VOLUME)) {
     for (uint l = 0u; l < s.world[0].lamp_count; l++) {
       if (!(s.lights[l].size_u > 0.0f)) continue;
       LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
@@ -348,8 +355,15 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   uint i = 0u, at_alive = 0u, at_connected = 0u;
   if (k < counts[2u * bounce]) {
     i = queue[k];
-    Shaded r = shade_path(s, params, load_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
-                          results, columns, limits, stride);
+    Path p = load_path(reals, uints, stride, i);
+    Hit h = load_hit(hit_reals, hit_uints, stride, i);
+#if SCENE_FEATURES & FEATURE_VOLUME
+    Shaded r = h.instance == IN_VOLUME ? shade_volume(s, params, p, h, uints, columns, stride)
+                                       : shade_path(s, params, p, h, RESULT_ARGUMENTS, stride);
+    move_in_volumes(s, p, h, r, uints, light_uints, stride, i);
+#else
+    Shaded r = shade_path(s, params, p, h, RESULT_ARGUMENTS, stride);
+#endif
     lives = r.alive;
     connects = r.connected;
     if (lives) {
@@ -404,7 +418,11 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PA
       c = load_connection(light_reals, light_uints, stride, i);
       if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
         real registers[REGISTERS];
+#if SCENE_FEATURES & FEATURE_VOLUME
+        Shadow d = connect_in_volumes(s, params, c, light_uints, stride, i, registers);
+#else
         Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
+#endif
         add_result(results, columns, stride, i, params, behind_shadow(c.brought, d), FROM_LIGHT);
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);

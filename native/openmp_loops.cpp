@@ -71,14 +71,6 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
 
 /* ------------------------------------------------------------------ extend */
 
-/* The living paths' rays; their hits go to the batch's columns. */
-struct PathRays {
-  Batch &b;
-  Columns columns;
-  Ray ray(uint i) const { return path_ray(path_at(columns, b.order[i])); }
-  void store(uint i, const Hit &h) { store_hit(b, b.order[i], h); }
-};
-
 static void extend_batch(Batch &b, Scene s, Walkers *walkers, Rays kind) {
   uint living = 0;
   for (uint i = 0; i < b.count; i++) {
@@ -110,20 +102,20 @@ FN Meeting meeting_inside(uint status, uint material_flags) {
 }
 
 /* Sorts the living paths and their hits by material (stable counting sort) and leaves the others out.
- * Paths that hit nothing come first. */
+ * Paths that hit nothing come first, then those that volumes scatter. */
 static void sort_batch(Batch &__restrict b, Scene s, bool walks, std::vector<Group> &groups) {
   groups.clear();
   uint bins = 0, meetings = walks ? MEETINGS : LAST + 1;
   for (uint i = 0; i < b.count; i++) {
     if (!b.alive[i]) continue;
     Hit h = load_hit(b, i);
-    b.key[i] = 0;
-    if (h.instance != NONE) {
+    b.key[i] = h.instance == IN_VOLUME;
+    if (h.instance != NONE && h.instance != IN_VOLUME) {
       uint material = hit_material(s, h, s.world[0].features);
       uint status = b.columns().uints[PATH_UINT_status * CAPACITY + i];
       Meeting meeting = status & PATH_LAST_HIT ? LAST : SCATTERS;
       if (walks && meeting == SCATTERS) meeting = meeting_inside(status, s.materials[material].flags);
-      b.key[i] = meetings * material + 1 + meeting;
+      b.key[i] = meetings * material + 2 + meeting;
     }
     bins = std::max(bins, b.key[i] + 1);
   }
@@ -132,7 +124,8 @@ static void sort_batch(Batch &__restrict b, Scene s, bool walks, std::vector<Gro
     if (b.alive[i]) b.bins[b.key[i] + 1]++;
   for (uint key = 0; key < bins; key++) {
     uint first = b.bins[key], size = b.bins[key + 1];
-    if (size) groups.push_back({key ? (key - 1) / meetings : MISS, Meeting(key ? (key - 1) % meetings : 0u), first, first + size});
+    uint material = key == 0 ? MISS : key == 1 ? SCATTERED_BY_VOLUMES : (key - 2) / meetings;
+    if (size) groups.push_back({material, Meeting(key > 1 ? (key - 2) % meetings : 0u), first, first + size});
     b.bins[key + 1] += first;
   }
   for (uint i = 0; i < b.count; i++)
@@ -248,10 +241,12 @@ static void render_part(Batch &__restrict b, Scene s, Params params, const Part 
   for (uint done = 0; done < params.samples; done += step) {
     uint samples = std::min(step, params.samples - done);
     generate_batch(b, s, params, part, params.first_sample + done, samples);
+    if (s.world[0].features & FEATURE_VOLUME) begin_in_volumes(b, s);
     std::fill(b.alive, b.alive + b.count, 1u);
     for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
       if (cancelled->load(std::memory_order_relaxed)) return;
       extend_batch(b, s, walkers, kind);
+      if (s.world[0].features & FEATURE_VOLUME) travel_batch(b, s, params);
       sort_batch(b, s, walkers, groups);
       std::fill(b.alive, b.alive + b.count, 1u);
       shade_batch(b, s, params, groups);
@@ -277,6 +272,10 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     if (s.world[0].features & FEATURE_SUBSURFACE) {
       walkers = std::make_unique<Walkers>();
       batch->media.resize(size_t(MEDIUM_COLUMNS) * CAPACITY);
+    }
+    if (s.world[0].features & FEATURE_VOLUME) {
+      batch->volumes.resize(size_t(VOLUME_COLUMNS) * CAPACITY);
+      batch->shadow_volumes.resize(CAPACITY);
     }
 #pragma omp for schedule(dynamic, 1)
     for (int t = 0; t < cut.parts; t++) {

@@ -30,10 +30,22 @@ struct PassingRays {
   Ray ray(uint i) const { return b.shadows[b.order[i]].ray; }
   void store(uint i, const Hit &h) {
     Shadow &shadow = b.shadows[b.order[i]];
-    shadow = pass_shadow(s, params, shadow, h, features, b.shadow_registers.data());
+    real *registers = b.shadow_registers.data();
+    shadow = features & FEATURE_VOLUME
+                 ? shade_shadow(s, params, shadow, &b.shadow_volumes[b.order[i]], h, features, registers)
+                 : pass_shadow(s, params, shadow, h, features, registers);
     b.limits[LIMITS - 1] += uint64_t(shadow.limited);
   }
 };
+
+/* Those that the shadow ray of a path of the group begins in. */
+static Volumes volumes_towards_light(const Batch &b, Scene s, Group g, Path p, uint i) {
+  Volumes v;
+  load_volumes(b.volumes.data(), CAPACITY, p.slot, &v);
+  if (g.material != SCATTERED_BY_VOLUMES)
+    cross_towards(&v, s.materials[g.material], load_hit(b, i), load_surface(b, i, g.material), light_ray(b, i).direction);
+  return v;
+}
 
 static void connect_batch(Batch &b, Scene s, Params params, Group g, uint features) {
   Columns columns = b.columns();
@@ -52,6 +64,7 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     Path p = path_at(columns, b.key[i]);
     b.shadows[i] = make_shadow(rays.ray(i), uint_of(path_passed(p)), p.bounces);
     b.order[i] = i;
+    if (features & FEATURE_VOLUME) b.shadow_volumes[i] = volumes_towards_light(b, s, g, p, b.key[i]);
   }
   PassingRays passing{b, s, params, features};
   for (uint going = count; going > 0;) {

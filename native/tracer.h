@@ -6,6 +6,7 @@
 #endif
 #include "../kernels/passes.h"
 #include "../kernels/shine.h"
+#include "../kernels/volume.h"
 #include "wide_tree.h"
 
 namespace isophote {

@@ -19,6 +19,7 @@ from .light import Lamp, export_light
 from .light_groups import LightGroups
 from .lookups import Lookups
 from .material import material_program
+from .volume import material_volume
 
 RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
         ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
@@ -29,7 +30,7 @@ WITH_MESH = {"MESH", "META"}
 LEFT_OUT = {
     "CURVES": "hair curves are not supported: left out",
     "POINTCLOUD": "point clouds are not supported: left out",
-    "VOLUME": "volumes are not supported: left out",
+    "VOLUME": "volume objects are not supported: left out",
     "GPENCIL": "grease pencil is not supported: left out",
     "GREASEPENCIL": "grease pencil is not supported: left out",
 }
@@ -49,6 +50,7 @@ class Gatherer:
         self.programs: list[MaterialProgram] = []
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
+        self.volume_of: dict[int, int] = {}  # material of what a material encloses
         self.slots: list[int] = []
         self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index, group)
         self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group)
@@ -152,6 +154,9 @@ class Gatherer:
             self.programs.append(material_program(material, self.notes, self.lookups, self.aovs))
             self.material_names.append("default" if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
+            volume = material_volume(material, self.notes, self.lookups)
+            if volume:
+                self.volume_of[self._material_of[key]] = self.add_program(volume, material.name)
         return self._material_of[key]
 
     def add_program(self, program: MaterialProgram, name: str) -> int:
@@ -193,6 +198,9 @@ class Gatherer:
         linking = getattr(ob, "light_linking", None)
         if linking is not None and (linking.receiver_collection or linking.blocker_collection):
             self.notes.add("object", ob.name, "light linking is not supported: left out")
+        if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS"
+               for m in ob.modifiers):
+            self.notes.add("object", ob.name, "grids of smoke are not supported: its volume is as dense everywhere")
         if instance.show_particles:
             for system in ob.particle_systems:
                 if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
