@@ -36,7 +36,8 @@ SCENES = {
     "shaders": ("make_shaders.py", ("{}/shaders.blend",), MANY),
     "subsurface": ("make_subsurface.py", ("{}/subsurface.blend",), MANY),
     "volumes": ("make_volumes.py", ("{}/volumes.blend",), MANY),
-    **{kind: ("make_volume_scenes.py", ("--", f"{{}}/{kind}.blend", kind), MANY) for kind in ("fog", "inside", "glow")},
+    **{kind: ("make_volume_scenes.py", ("--", f"{{}}/{kind}.blend", kind), MANY)
+       for kind in ("fog", "inside", "glow", "clouds")},
     "skies": ("make_skies.py", ("--", "{}"), FEW),
     **{f"under_{sky}": ("make_skies.py", ("--", "{}"), MANY) for sky in ("sun", "hosek_wilkie")},
     **{lamp: ("make_lamps.py", ("--", f"{{}}/{lamp}.blend", lamp), MANY)

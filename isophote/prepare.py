@@ -17,7 +17,7 @@ from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
-from isophote.volumes import has_volumes, is_camera_enclosed
+from isophote.volumes import find_majorants, has_volumes, is_camera_enclosed
 from isophote.world_map import make_world_map
 
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
@@ -88,6 +88,8 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
         buffers |= stand_ins(scene, buffers)
+    if has_volumes(scene) and len(scene.step_op):
+        buffers["materials"]["majorant"] = find_majorants(scene, buffers)
     buffers |= as_kernels_have_them(make_lights(scene, buffers))
     features = int(buffers["world"]["features"][0])
     closures = sum(1 << op for op in np.unique(instructions["op"]).tolist() if op < OPERATIONS["extinction"][0])

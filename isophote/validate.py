@@ -17,7 +17,7 @@ from isophote.materials import OPERATIONS
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import operations
-from isophote.volumes import is_deeply_nested
+from isophote.volumes import asks_for_surfaces, is_deeply_nested
 
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
 
@@ -302,6 +302,8 @@ def value_problems(scene: Scene) -> list[Problem]:
     owner = owner_of_rows(scene, "material_first")
     problems += [Problem("error", owner(row), "a closure names a register that nothing writes")
                  for row in np.flatnonzero(outside)[:10]]
+    problems += [Problem("error", scene.name_of("materials", material), "as a volume it asks for what surfaces have")
+                 for material in (asks_for_surfaces(scene) if not problems else ())]
     wrong = ~np.isfinite(scene.aov_values).all(-1)
     wrong |= (scene.aov_flags & n["AOV_VARIES"] != 0) & ((scene.aov_values < 0) | (scene.aov_values >= highest)).any(-1)
     what = "an AOV output is not finite, or names a register that nothing writes"

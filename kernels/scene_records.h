@@ -172,6 +172,7 @@ typedef struct {
   uint first_step, steps; /* what computes its values */
   uint shadow_steps;      /* of them, the first ones, which transparency needs */
   uint volume;            /* the material that fills what it encloses; NONE: nothing does */
+  float majorant;         /* of a volume that differs from point to point: an extinction that it hardly exceeds; else 0 */
 } Material;
 
 /* One closure or layer of a material, 64 bytes (bsdf/bsdf.h lists the operations). Weight and parameters are constants,

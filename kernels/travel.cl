@@ -2,7 +2,7 @@
  * have hit or are scattered on the way, and what shading and shadow rays have to do with volumes.
  *
  * The volumes that a path is in lie behind its uints, those of its shadow ray behind those of the connection. */
-#include "volume.h"
+#include "tracking.h"
 
 FN GLOBAL uint *volumes_of_paths(GLOBAL uint *uints, uint stride) { return uints + PATH_UINT_COUNT * stride; }
 #define CONNECTION_BOUNCES 3u /* column of light_uints, of counts with those of transmission */
@@ -24,9 +24,9 @@ FN void begin_in_volumes(Scene s, Path p, GLOBAL uint *uints, uint stride, uint 
 __kernel void travel(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, RESULT_PARAMETERS, GLOBAL const uint *queue,
                      GLOBAL const uint *counts, uint bounce) {
   MAKE_SCENE
-  uint k = get_global_id(0);
-  if (k >= counts[2u * bounce]) return;
-  uint i = queue[k];
+  uint number = get_global_id(0);
+  if (number >= counts[2u * bounce]) return;
+  uint i = queue[number];
   Path p = load_path(reals, uints, stride, i);
   if (is_inside(p)) return;
   Hit h = load_hit(hit_reals, hit_uints, stride, i);
@@ -35,22 +35,23 @@ __kernel void travel(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, RESULT_P
   real registers[REGISTERS];
   int grouped = has_any(film_groups(params), GROUPS_LIGHT_GROUPS);
   for (int crosses = 1; crosses;) {
-    Segment g = make_segment(s, p, h, &v);
+    Track k = track_of_path(p);
+    Segment g = make_segment(s, k, p.t_min, h, &v, registers);
     if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
       for (uint l = 0u; l < s.world[0].lamp_count; l++) {
         if (!(s.lights[l].size_u > 0.0f)) continue;
         LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
         if (seen.hit)
           add_result(results, columns, stride, p.slot, params,
-                     see_lamp(s, params, s.lights[l], path_to_lamp(g, p, seen), seen, registers),
+                     see_lamp(s, params, s.lights[l], path_to_lamp(s, k, g, p, seen, &v, registers), seen, registers),
                      seen_from(p, GROUP_emission, LIGHT_GROUP(s.lights[l].flags)));
       }
     }
-    if (!is_dark(g.mixture.emission))
-      add_result(results, columns, stride, p.slot, params, see_volumes(params, g, p),
-                 seen_from(p, GROUP_emission, grouped ? volume_light_group(s, &v) : 0u));
     if (is_held_back(g, p)) count_limits(limits, reached_limits(params, p.bounces, uint_of(path_passed(p))));
-    Travelled r = travel_segment(g, p, h, &v);
+    Travelled r = travel_segment(s, k, g, p, h, &v, registers);
+    if (!is_dark(r.emitted))
+      add_result(results, columns, stride, p.slot, params, clamp_light(params, r.emitted, path_bounce(p) - 1),
+                 seen_from(p, GROUP_emission, grouped ? volume_light_group(s, &v) : 0u));
     p = r.path;
     h = r.hit;
     crosses = crosses_boundary(s, &p, h, &v, SCENE_FEATURES);
@@ -67,6 +68,9 @@ FN Shaded shade_volume(Scene s, Params params, Path p, Hit h, GLOBAL const uint 
   Volumes v;
   load_volumes(uints + PATH_UINT_COUNT * stride, stride, p.slot, &v);
   uint groups = film_groups(params);
+  real registers[REGISTERS];
+  Lobes lobes;
+  find_lobes(s, &v, track_of_path(p), h.t, &lobes, registers);
   Surface at = volume_vertex(p, h);
   show_volume(columns, stride, p, groups);
   int vertex = path_vertex(p);
@@ -82,11 +86,11 @@ FN Shaded shade_volume(Scene s, Params params, Path p, Hit h, GLOBAL const uint 
       columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
     LightSample light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
-    r.connection = connect_light(params, at, light, phases_towards(s, &v, before, light), p);
+    r.connection = connect_light(params, at, light, phases_towards(&lobes, before, light), p);
     r.connected = !is_dark(r.connection.brought.light);
   }
-  real3 direction = sample_phases(s, &v, before, u_choice.y, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
-  Scattered on = scatter_in_volume(params, at, p, direction, eval_phases(s, &v, before, direction),
+  real3 direction = sample_phases(&lobes, before, u_choice.y, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
+  Scattered on = scatter_in_volume(params, at, p, direction, eval_phases(&lobes, before, direction),
                                    sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
   r.path = on.path;
   r.alive = on.alive;

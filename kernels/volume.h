@@ -2,13 +2,14 @@
  *
  * A volume is a material of its own (Material.volume of the surface around it, World.volume): its transparency holds the
  * extinction, its emission what it sends out per metre, its instructions are OP_SCATTERING. Where volumes overlap their
- * coefficients add up. Of a material that is nothing but a volume the surface does not count (MATERIAL_BOUNDARY). */
+ * coefficients add up. Of a material that is nothing but a volume the surface does not count (MATERIAL_BOUNDARY). Volumes
+ * that differ from point to point have a majorant: tracking.h. */
 #ifndef ISOPHOTE_VOLUME_H
 #define ISOPHOTE_VOLUME_H
 #include "phase.h"
 #include "passes.h"
 
-#define MOST_SEGMENTS 1024u /* ways between boundaries that a path may have, as in Cycles (VOLUME_BOUNDS_MAX) */
+#define MOST_LOBES 16u   /* phase functions that count at a point */
 #define SCATTERING_ANISOTROPY 0 /* parameters of OP_SCATTERING */
 #define SCATTERING_ALPHA 1
 #define SEED_VOLUME 0x510e527fu
@@ -21,7 +22,7 @@ typedef struct {
   uint around[MOST_VOLUMES]; /* what encloses it: volume_key */
   uint material[MOST_VOLUMES];
   uint count;
-  uint segments; /* ways that the path has had: each has random numbers of its own */
+  uint draws; /* pairs of random numbers that ways have used */
 } Volumes;
 
 /* Columns of a path's volumes, at its slot. */
@@ -33,20 +34,21 @@ FN void store_volumes(GLOBAL uint *columns, uint stride, uint i, const Volumes *
     columns[(2u * k + 1u) * stride + i] = v->material[k];
   }
   columns[2u * MOST_VOLUMES * stride + i] = v->count;
-  columns[(2u * MOST_VOLUMES + 1u) * stride + i] = v->segments;
+  columns[(2u * MOST_VOLUMES + 1u) * stride + i] = v->draws;
 }
 
 FN void load_volumes(GLOBAL const uint *columns, uint stride, uint i, Volumes *v) {
   v->count = columns[2u * MOST_VOLUMES * stride + i];
-  v->segments = columns[(2u * MOST_VOLUMES + 1u) * stride + i];
+  v->draws = columns[(2u * MOST_VOLUMES + 1u) * stride + i];
   for (uint k = 0u; k < v->count; k++) {
     v->around[k] = columns[2u * k * stride + i];
     v->material[k] = columns[(2u * k + 1u) * stride + i];
   }
 }
 
-/* What tells the instance or the sphere that is hit from all others. */
-FN uint volume_key(Hit h) { return h.instance == SPHERE_INSTANCE ? NONE - 16u - h.primitive : h.instance; }
+/* What tells the instance or the sphere that is hit from all others; NONE stands for the world. */
+#define AROUND_SPHERE 0x80000000u
+FN uint volume_key(Hit h) { return h.instance == SPHERE_INSTANCE ? AROUND_SPHERE | h.primitive : h.instance; }
 
 FN uint find_volume(const Volumes *v, uint around, uint material) {
   uint k = 0u;
@@ -91,7 +93,7 @@ typedef struct {
 
 FN void start_volumes(Scene s, Volumes *v) {
   v->count = 0u;
-  v->segments = 0u;
+  v->draws = 0u;
   if (s.world[0].volume != NONE) enter_volume(v, NONE, s.world[0].volume);
 }
 
@@ -119,37 +121,99 @@ FN int pass_probe(Scene s, Probe *probe, Volumes *v, Hit h, uint features) {
   return 1;
 }
 
-/* ---------------------------------------------------------------- segments */
+/* ------------------------------------------------------------------- values */
+
+/* What values and random numbers along a ray depend on. */
+typedef struct {
+  Ray ray;
+  uint bounces, passed;
+  uint seed, index;
+} Track;
+
+FN Track track_of_path(Path p) {
+  Track k;
+  k.ray = path_ray(p);
+  k.bounces = p.bounces;
+  k.passed = uint_of(path_passed(p));
+  k.seed = hash_uint(p.seed ^ SEED_VOLUME);
+  k.index = p.index;
+  return k;
+}
+
+/* Computes the values of a volume's material at distance t: its first `steps`. */
+FN void compute_volume(Scene s, Material m, uint steps, uint around, Track k, real t, real *r) {
+  if (!(SCENE_FEATURES & FEATURE_VALUES) || !steps) return;
+  Surface at;
+  at.p = k.ray.origin + k.ray.direction * t;
+  at.offset = REAL(0.0);
+  at.ng = zero3() - k.ray.direction;
+  at.ns = at.ng;
+  at.backfacing = 0;
+  at.material = NONE;
+  Hit h = background_hit(t);
+  h.instance = around & AROUND_SPHERE ? h.instance : around;
+  h.primitive = 0u; /* nothing that is asked for lies on a triangle (isophote/volumes.py) */
+  compute_values(s, m, steps, at, k.ray, h, k.bounces, k.passed, r);
+}
 
 /* What volumes have at a point, all together, 1/m; emission in W/(m^3 sr). */
 typedef struct {
   real3 extinction, scattering, emission;
 } Mixture;
 
-FN Mixture mix_volumes(Scene s, const Volumes *v) {
+FN Mixture mix_volumes(Scene s, const Volumes *v, Track k, real t, real *r) {
   Mixture x;
   x.extinction = zero3();
   x.scattering = zero3();
   x.emission = zero3();
-  for (uint k = 0u; k < v->count; k++) {
-    Material m = s.materials[v->material[k]];
-    x.extinction = x.extinction + load3(m.transparency);
-    x.emission = x.emission + load3(m.emission);
-    for (uint n = 0u; n < m.count; n++) x.scattering = x.scattering + load3(s.instructions[m.first + n].weight);
+  for (uint n = 0u; n < v->count; n++) {
+    Material m = s.materials[v->material[n]];
+    compute_volume(s, m, m.steps, v->around[n], k, t, r);
+    x.extinction = x.extinction + material_transparency(m, r);
+    x.emission = x.emission + material_emission(m, r);
+    for (uint c = 0u; c < m.count; c++) x.scattering = x.scattering + closure_of(s.instructions[m.first + c], r).weight;
   }
   return x;
 }
 
+/* The extinction alone. */
+FN real3 extinction_at(Scene s, const Volumes *v, Track k, real t, real *r) {
+  real3 sum = zero3();
+  for (uint n = 0u; n < v->count; n++) {
+    Material m = s.materials[v->material[n]];
+    compute_volume(s, m, m.shadow_steps, v->around[n], k, t, r);
+    sum = sum + material_transparency(m, r);
+  }
+  return sum;
+}
+
+/* Where one of them differs from point to point: an extinction that all together hardly exceed; else 0. */
+FN real majorant_of(Scene s, const Volumes *v) {
+  if (!(SCENE_FEATURES & FEATURE_VALUES)) return REAL(0.0);
+  int uneven = 0;
+  real sum = REAL(0.0);
+  for (uint n = 0u; n < v->count; n++) {
+    Material m = s.materials[v->material[n]];
+    uneven = uneven | (m.majorant > 0.0f);
+    sum = sum + (m.majorant > 0.0f ? to_real(m.majorant) : max_of3(load3(m.transparency)));
+  }
+  return uneven ? sum : REAL(0.0);
+}
+
+/* ---------------------------------------------------------------- segments */
+
 /* A way to what a path's ray has hit. */
 typedef struct {
-  Mixture mixture;
-  real length; /* metres; of a ray that hits nothing FAR_AWAY */
+  Mixture mixture; /* where volumes are even */
+  real majorant;   /* else; 0 where they are */
+  real length;     /* metres; of a ray that hits nothing FAR_AWAY */
 } Segment;
 
-FN Segment make_segment(Scene s, Path p, Hit h, const Volumes *v) {
+FN Segment make_segment(Scene s, Track k, real t_min, Hit h, const Volumes *v, real *r) {
   Segment g;
-  g.mixture = mix_volumes(s, v);
-  g.length = h.instance == NONE ? FAR_AWAY : max_real(h.t - p.t_min, REAL(0.0));
+  g.majorant = majorant_of(s, v);
+  if (!(g.majorant > REAL(0.0))) g.mixture = mix_volumes(s, v, k, t_min, r);
+  g.length = h.instance == NONE ? FAR_AWAY : max_real(h.t - t_min, REAL(0.0));
   return g;
 }
 
@@ -164,11 +228,11 @@ FN real way_integral(real extinction, real length) {
   return depth < REAL(0.03) ? series : whole;
 }
 
-/* Light that volumes send along the whole way. */
-FN Brought see_volumes(Params params, Segment g, Path p) {
+/* Light that even volumes send along the whole way, in parts of the path's throughput. */
+FN real3 glow_of_way(Segment g) {
   real3 e = g.mixture.extinction;
-  real3 seen = make_real3(way_integral(e.x, g.length), way_integral(e.y, g.length), way_integral(e.z, g.length));
-  return clamp_light(params, path_throughput(p) * g.mixture.emission * seen, path_bounce(p) - 1);
+  return g.mixture.emission *
+         make_real3(way_integral(e.x, g.length), way_integral(e.y, g.length), way_integral(e.z, g.length));
 }
 
 /* The light group of the first of them that emits. */
@@ -176,17 +240,12 @@ FN uint volume_light_group(Scene s, const Volumes *v) {
   World w = s.world[0];
   for (uint k = 0u; k < v->count; k++) {
     uint around = v->around[k];
-    if (is_dark(load3(s.materials[v->material[k]].emission))) continue;
+    if (!(s.materials[v->material[k]].flags & MATERIAL_EMITS)) continue;
     if (around == NONE) return w.light_group;
     if (w.sphere_groups == NONE) return 0u;
-    return s.light_groups[around < w.sphere_groups ? around : w.sphere_groups + (NONE - 16u - around)];
+    return s.light_groups[around & AROUND_SPHERE ? w.sphere_groups + (around & ~AROUND_SPHERE) : around];
   }
   return 0u;
-}
-
-/* A lamp stands in the way, at the distance at which find_lamp has seen it. */
-FN Path path_to_lamp(Segment g, Path p, LightHit seen) {
-  return with_throughput(p, path_throughput(p) * kept_by_volumes(g.mixture, seen.t - p.t_min));
 }
 
 FN real3 quotient3(real3 a, real b) { return a * (REAL(1.0) / max_real(b, REAL(1e-37))); }
@@ -198,19 +257,21 @@ FN real3 quotient3(real3 a, real b) { return a * (REAL(1.0) / max_real(b, REAL(1
  * weighs more than all had together. Past its last bounce a path is not scattered, its light grows weaker instead. */
 typedef struct {
   Path path;
-  Hit hit; /* as before, or IN_VOLUME */
+  Hit hit;       /* as before, or IN_VOLUME */
+  real3 emitted; /* that volumes bring on the way */
 } Travelled;
 
 FN int is_scattering(Mixture x) { return (x.scattering.x > REAL(0.0)) | (x.scattering.y > REAL(0.0)) | (x.scattering.z > REAL(0.0)); }
 
 /* Whether volumes would scatter a path that may not be scattered any more. */
-FN int is_held_back(Segment g, Path p) { return is_scattering(g.mixture) && (p.status & PATH_LAST_HIT); }
+FN int is_held_back(Segment g, Path p) {
+  return (p.status & PATH_LAST_HIT) && (g.majorant > REAL(0.0) || is_scattering(g.mixture));
+}
 
-FN Travelled travel_segment(Segment g, Path p, Hit h, Volumes *v) {
+FN Travelled travel_even(Segment g, Path p, Hit h, real2 u) {
   Travelled r;
   Mixture x = g.mixture;
   real3 throughput = path_throughput(p), e = x.extinction;
-  real2 u = sample_pair(hash_uint(p.seed ^ SEED_VOLUME), p.index, v->segments++);
   real sum = throughput.x + throughput.y + throughput.z;
   real3 chances = quotient3(throughput, sum);
   int samples = is_scattering(x) & !is_held_back(g, p) & (sum > REAL(0.0));
@@ -224,6 +285,7 @@ FN Travelled travel_segment(Segment g, Path p, Hit h, Volumes *v) {
   factor = select3(scattered, quotient3(kept * x.scattering, dot3(chances, kept * e)), factor);
   factor = select3(samples, factor, kept);
   r.path = with_throughput(p, throughput * factor);
+  r.emitted = throughput * glow_of_way(g);
   r.hit = h;
   r.hit.t = scattered ? p.t_min + t : h.t;
   r.hit.instance = scattered ? IN_VOLUME : h.instance;
@@ -255,48 +317,59 @@ FN Surface volume_vertex(Path p, Hit h) {
   return at;
 }
 
+/* What scatters at a point: phase functions, and how much each does. */
+typedef struct {
+  real3 weight[MOST_LOBES];
+  real anisotropy[MOST_LOBES], alpha[MOST_LOBES];
+  uint count;
+} Lobes;
+
+FN void find_lobes(Scene s, const Volumes *v, Track k, real t, Lobes *lobes, real *r) {
+  lobes->count = 0u;
+  for (uint n = 0u; n < v->count; n++) {
+    Material m = s.materials[v->material[n]];
+    compute_volume(s, m, m.steps, v->around[n], k, t, r);
+    for (uint c = 0u; c < m.count && lobes->count < MOST_LOBES; c++) {
+      Closure one = closure_of(s.instructions[m.first + c], r);
+      lobes->weight[lobes->count] = one.weight;
+      lobes->anisotropy[lobes->count] = bounded_anisotropy(param(one, SCATTERING_ANISOTROPY));
+      lobes->alpha[lobes->count++] = param(one, SCATTERING_ALPHA);
+    }
+  }
+}
+
 /* The mean of the phase functions in a direction, as the scattering of each channel has it; its density is that of their
  * parts by Henyey and Greenstein, which are drawn. */
-FN BsdfValue eval_phases(Scene s, const Volumes *v, real3 before, real3 after) {
+FN BsdfValue eval_phases(const Lobes *lobes, real3 before, real3 after) {
   real3 f = zero3(), sum = zero3();
   real pdf = REAL(0.0), total = REAL(0.0);
-  for (uint k = 0u; k < v->count; k++) {
-    Material m = s.materials[v->material[k]];
-    for (uint n = 0u; n < m.count; n++) {
-      Instruction i = s.instructions[m.first + n];
-      real3 weight = load3(i.weight);
-      real g = bounded_anisotropy(to_real(i.params[SCATTERING_ANISOTROPY]));
-      real phase = henyey_greenstein(before, after, g);
-      f = f + weight * (phase * draine_ratio(dot3(before, after), g, to_real(i.params[SCATTERING_ALPHA])));
-      sum = sum + weight;
-      pdf = pdf + sum_of3(weight) * phase;
-      total = total + sum_of3(weight);
-    }
+  for (uint n = 0u; n < lobes->count; n++) {
+    real3 weight = lobes->weight[n];
+    real g = lobes->anisotropy[n], phase = henyey_greenstein(before, after, g);
+    f = f + weight * (phase * draine_ratio(dot3(before, after), g, lobes->alpha[n]));
+    sum = sum + weight;
+    pdf = pdf + sum_of3(weight) * phase;
+    total = total + sum_of3(weight);
   }
   f = make_real3(f.x / max_real(sum.x, REAL(1e-37)), f.y / max_real(sum.y, REAL(1e-37)), f.z / max_real(sum.z, REAL(1e-37)));
   return make_value(f, pdf / max_real(total, REAL(1e-37)));
 }
 
 /* The same towards a light, which may be hidden from rays that volumes send. */
-FN BsdfValue phases_towards(Scene s, const Volumes *v, real3 before, LightSample light) {
-  BsdfValue value = eval_phases(s, v, before, light.direction);
+FN BsdfValue phases_towards(const Lobes *lobes, real3 before, LightSample light) {
+  BsdfValue value = eval_phases(lobes, before, light.direction);
   if ((SCENE_FEATURES & FEATURE_LIGHT_LIMITS) && is_hidden(light.hidden, RAY_OF_VOLUME)) value.f = zero3();
   return value;
 }
 
-FN real3 sample_phases(Scene s, const Volumes *v, real3 before, real u_choice, real2 u) {
+FN real3 sample_phases(const Lobes *lobes, real3 before, real u_choice, real2 u) {
   Choice choice = make_choice(u_choice);
   real g = REAL(0.0);
-  int number = 0;
-  for (uint k = 0u; k < v->count; k++) {
-    Material m = s.materials[v->material[k]];
-    for (uint n = 0u; n < m.count; n++, number++) {
-      Instruction i = s.instructions[m.first + n];
-      choice = consider(choice, number, sum_of3(load3(i.weight)));
-      g = choice.chosen == number ? to_real(i.params[SCATTERING_ANISOTROPY]) : g;
-    }
+  for (uint n = 0u; n < lobes->count; n++) {
+    choice = consider(choice, int_of(n), sum_of3(lobes->weight[n]));
+    g = choice.chosen == int_of(n) ? lobes->anisotropy[n] : g;
   }
-  return sample_henyey_greenstein(before, bounded_anisotropy(g), u);
+  return sample_henyey_greenstein(before, g, u);
 }
 
 /* Passes of a path that a volume scatters before anything else: no surface guides a denoiser, and light of such a path is
@@ -315,8 +388,8 @@ FN Scattered scatter_in_volume(Params params, Surface at, Path p, real3 directio
   real3 throughput = path_throughput(p) * value.f * (REAL(1.0) / max_real(value.pdf, REAL(1e-37)));
   uint bounces = p.bounces + 1u, passed = uint_of(path_passed(p));
   int last = reached_limits(params, bounces, passed) != 0u;
-  real brightest = max_of3(throughput);
-  real survival = last ? REAL(1.0) : min_real(REAL(1.0), REAL(2.0) * max_real(brightest, REAL(0.0)));
+  real brightest = max_of3(abs3(throughput)); /* negative where a majorant was exceeded */
+  real survival = last ? REAL(1.0) : min_real(REAL(1.0), REAL(2.0) * brightest);
   Path q = with_throughput(p, throughput * (REAL(1.0) / max_real(survival, REAL(1e-30))));
   q.ox = at.p.x;
   q.oy = at.p.y;
@@ -335,30 +408,6 @@ FN Scattered scatter_in_volume(Params params, Surface at, Path p, real3 directio
   r.path = q;
   r.alive = (u_roulette < survival) & (brightest > REAL(0.0)) & (value.pdf > REAL(0.0));
   return r;
-}
-
-/* -------------------------------------------------------------------- shadows */
-
-/* After a shadow ray has hit something or not: what volumes take of its light up to there, and whether it goes on. */
-FN Shadow shade_shadow(Scene s, Params params, Shadow d, Volumes *v, Hit h, uint features, real *r) {
-  real end = h.instance == NONE ? d.ray.t_max : h.t;
-  d.kept = d.kept * kept_by_volumes(mix_volumes(s, v), max_real(end - d.ray.t_min, REAL(0.0)));
-  if (h.instance == NONE || v->segments++ >= MOST_SEGMENTS) {
-    d.kept = h.instance == NONE ? d.kept : zero3();
-    d.going = 0;
-    return d;
-  }
-  Surface at = make_surface(s, d.ray, h, features);
-  Material m = s.materials[at.material];
-  if (m.flags & MATERIAL_BOUNDARY) {
-    d.ray.t_min = h.t;
-    d.ray.after_instance = h.instance;
-    d.ray.after_primitive = h.primitive;
-  } else {
-    d = pass_shadow(s, params, d, h, features, r);
-  }
-  cross_surface(v, m, h, at.backfacing);
-  return d;
 }
 
 #endif

@@ -6,7 +6,7 @@
 #endif
 #include "../kernels/passes.h"
 #include "../kernels/shine.h"
-#include "../kernels/volume.h"
+#include "../kernels/tracking.h"
 #include "wide_tree.h"
 
 namespace isophote {

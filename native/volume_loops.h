@@ -65,20 +65,23 @@ static int travel_path(Batch &b, Scene s, Params params, uint i) {
   Path p = path_at(columns, i);
   Hit h = load_hit(b, i);
   Volumes v = volumes_of(b, p);
-  Segment g = make_segment(s, p, h, &v);
+  Track k = track_of_path(p);
+  real *registers = b.shadow_registers.data();
+  Segment g = make_segment(s, k, p.t_min, h, &v, registers);
   for (uint l = 0; l < s.world[0].lamp_count; l++) {
     if (!(s.lights[l].size_u > 0.0f)) continue;
     LightHit seen = find_lamp(s.lights[l], p, h, features);
     if (seen.hit)
-      add_light(b, params, i, see_lamp(s, params, s.lights[l], path_to_lamp(g, p, seen), seen, b.shadow_registers.data()),
+      add_light(b, params, i,
+                see_lamp(s, params, s.lights[l], path_to_lamp(s, k, g, p, seen, &v, registers), seen, registers),
                 seen_from(p, GROUP_emission, LIGHT_GROUP(s.lights[l].flags)));
   }
-  if (!is_dark(g.mixture.emission)) {
-    uint light_group = has_any(params.groups, GROUPS_LIGHT_GROUPS) ? volume_light_group(s, &v) : 0u;
-    add_light(b, params, i, see_volumes(params, g, p), seen_from(p, GROUP_emission, light_group));
-  }
   if (is_held_back(g, p)) count_limits(b, reached_limits(params, p.bounces, uint_of(path_passed(p))));
-  Travelled r = travel_segment(g, p, h, &v);
+  Travelled r = travel_segment(s, k, g, p, h, &v, registers);
+  if (!is_dark(r.emitted)) {
+    uint light_group = has_any(params.groups, GROUPS_LIGHT_GROUPS) ? volume_light_group(s, &v) : 0u;
+    add_light(b, params, i, clamp_light(params, r.emitted, path_bounce(p) - 1), seen_from(p, GROUP_emission, light_group));
+  }
   int crosses = crosses_boundary(s, &r.path, r.hit, &v, features);
   store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
   store_hit(b, i, r.hit);
@@ -107,6 +110,13 @@ static void travel_batch(Batch &b, Scene s, Params params) {
   }
 }
 
+static Lobes lobes_of(Batch &b, Scene s, Path p, uint i) {
+  Volumes v = volumes_of(b, p);
+  Lobes lobes;
+  find_lobes(s, &v, track_of_path(p), b.hit_t[i], &lobes, b.shadow_registers.data());
+  return lobes;
+}
+
 /* Paths that are scattered by volumes. */
 static void shade_volumes(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
@@ -126,22 +136,22 @@ static void shade_volumes(Batch &__restrict b, Scene s, Params params, Group g) 
     draw_group_lights(b, s, params, MATERIAL_TRANSMITS, g);
     for (uint i = g.first; i < g.end; i++) {
       Path p = path_at(columns, i);
-      Volumes v = volumes_of(b, p);
+      Lobes lobes = lobes_of(b, s, p, i);
       LightSample light;
       light.direction = make_real3(b.ldx[i], b.ldy[i], b.ldz[i]);
       light.hidden = b.light_hidden[i];
-      store_value(i, phases_towards(s, &v, make_real3(p.dx, p.dy, p.dz), light));
+      store_value(i, phases_towards(&lobes, make_real3(p.dx, p.dy, p.dz), light));
     }
     connect_group(b, s, params, g);
   }
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    Volumes v = volumes_of(b, p);
+    Lobes lobes = lobes_of(b, s, p, i);
     int vertex = path_vertex(p);
     real3 before = make_real3(p.dx, p.dy, p.dz);
     real u_choice = sample_bounce(p.seed, p.index, vertex, PAIR_CHOICE).y;
-    real3 direction = sample_phases(s, &v, before, u_choice, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
-    Scattered r = scatter_in_volume(params, load_surface(b, i, g.material), p, direction, eval_phases(s, &v, before, direction),
+    real3 direction = sample_phases(&lobes, before, u_choice, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
+    Scattered r = scatter_in_volume(params, load_surface(b, i, g.material), p, direction, eval_phases(&lobes, before, direction),
                                     sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
     store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
     b.alive[i] = uint(r.alive);

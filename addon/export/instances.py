@@ -172,7 +172,8 @@ class Gatherer:
             self.slot_list(ob)  # which exports the materials
         if not self.lookups.attributes:
             return []
-        wanted = {number for material in self.slot_list(ob) for number in self.programs[material].attributes}
+        materials = [self.volume_of.get(each, each) for each in self.slot_list(ob)] + self.slot_list(ob)
+        wanted = {number for material in materials for number in self.programs[material].attributes}
         wanted |= {self.uv} if self.uv is not None else set()
         return [key for key, number in self.lookups.attributes.items() if number in wanted]
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from isophote.material_program import MaterialProgram, make_material
-from isophote.materials import make_instruction
-from isophote.values import Number, clamp, is_number, square_root, varies
+from isophote.materials import Instruction, make_instruction
+from isophote.values import Number, ProgramTooLarge, clamp, is_number, operations, rewritten, square_root, varies
+from isophote.volumes import OF_SURFACES
 
 from .. import compat
 from .lookups import Lookups
@@ -65,14 +66,28 @@ def volume_program(owner, tree, kind: str, notes, lookups: Lookups) -> MaterialP
     """Of a material or a world with nodes; None where it has no volume."""
     if not has_volume(tree):
         return None
-    output = tree.get_output_node("CYCLES")
     values, parts = Values(kind, owner.name, notes, lookups), Parts()
-    add_parts(parts, values, find_input(output, "Volume"), (), 1.0)
-    instructions = parts.instructions()
-    if any(varies(each.weight, each.params) for each in instructions):
-        values.note("a volume that differs from point to point is not supported: left out")
-        instructions = []
-    return make_material(instructions)
+    values.fills = True
+    add_parts(parts, values, find_input(tree.get_output_node("CYCLES"), "Volume"), (), 1.0)
+    try:
+        return make_material(without_surface(values, parts.instructions()))
+    except ProgramTooLarge as error:
+        values.note(f"its volume's node graph is too large ({error}): left out")
+        return make_material([])
+
+
+def without_surface(values: Values, instructions: list[Instruction]) -> list[Instruction]:
+    """The instructions with 0 for what only a surface has, as in Cycles: normals, UV maps, attributes of elements."""
+    box = {values.lookups.attributes.get((kind, "")) for kind in ("box_low", "box_sizes")}
+
+    def change(call, _):
+        if call.name in OF_SURFACES or (call.name == "attribute" and call.data not in box):
+            values.note(f"{call.name.replace('_', ' ')} in a volume, where there is no surface: 0, as in Cycles")
+            return (0.0,) * operations()[call.name].outputs
+        return None
+
+    return [each._replace(weight=tuple(rewritten(number, change) for number in each.weight),
+                          params=[rewritten(number, change) for number in each.params]) for each in instructions]
 
 
 def material_volume(material, notes, lookups: Lookups) -> MaterialProgram | None:

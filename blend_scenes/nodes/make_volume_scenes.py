@@ -4,7 +4,8 @@
     python blend_scenes/nodes/make_volume_scenes.py -- OUT.blend KIND
 
 KIND: fog (of the world, with a spot's beam), inside (the camera in a box of haze, another one in it, glass filled with
-liquid, daylight), glow (a volume that shines, in another one).
+liquid, daylight), glow (a volume that shines, in another one),
+clouds (densities by noise and gradients, in colours).
 """
 
 import os
@@ -42,6 +43,17 @@ def medium(name, *parts):
     return material
 
 
+def feed(tree, socket, kind, output, **properties):
+    """Makes a node and links its output to a socket, or to that of this name of the tree's volume; returns the node."""
+    node = tree.nodes.new(kind)
+    for name, value in properties.items():
+        setattr(node, name, value)
+    if isinstance(socket, str):
+        socket = next(each for each in tree.nodes if each.type == "PRINCIPLED_VOLUME").inputs[socket]
+    tree.links.new(node.outputs[output], socket)
+    return node
+
+
 def box(scene, name, material, location, half):
     corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
     mesh = bpy.data.meshes.new(name)
@@ -75,6 +87,23 @@ def make(kind):
         glass = bpy.data.objects["glossy"].data.materials
         glass[0] = shader("glass", "ShaderNodeBsdfGlass", Roughness=0.0, IOR=1.33)
         fill(glass[0].node_tree, "ShaderNodeVolumeAbsorption", Density=1.0, Color=(0.9, 0.5, 0.3, 1.0))
+        lamp(scene, "AREA", 300.0, (-3, -2, 5), (0.3, -0.5, 0.0), size=2.0)
+    elif kind == "clouds":
+        scene.cycles.volume_step_rate, scene.cycles.volume_max_steps = 0.3, 1024
+        cloud = medium("cloud", ("ShaderNodeVolumePrincipled", {"Anisotropy": 0.3}))
+        bumps = feed(cloud.node_tree, "Density", "ShaderNodeMath", 0, operation="MULTIPLY")
+        bumps.inputs[1].default_value = 6.0
+        above = feed(cloud.node_tree, bumps.inputs[0], "ShaderNodeMath", 0, operation="SUBTRACT", use_clamp=True)
+        above.inputs[1].default_value = 0.45
+        noise = feed(cloud.node_tree, above.inputs[0], "ShaderNodeTexNoise", 0)
+        noise.inputs["Scale"].default_value = 4.0
+        feed(cloud.node_tree, "Color", "ShaderNodeTexNoise", 1)
+        box(scene, "cloud", cloud, (0, -1, 1.2), (1.2, 0.8, 0.7))
+        glow = {"Density": 1.0, "Emission Color": (1.0, 0.4, 0.1, 1.0)}
+        ember = medium("ember", ("ShaderNodeVolumePrincipled", glow))
+        feed(ember.node_tree, "Emission Strength", "ShaderNodeTexGradient", 1, gradient_type="QUADRATIC")
+        box(scene, "ember", ember, (0, 2.5, 1.0), (1.5, 0.3, 0.7))
+        fill(scene.world.node_tree, "ShaderNodeVolumeScatter", Density=0.02)
         lamp(scene, "AREA", 300.0, (-3, -2, 5), (0.3, -0.5, 0.0), size=2.0)
     else:
         fire = medium("fire", ("ShaderNodeEmission", {"Color": (1.0, 0.5, 0.1, 1.0), "Strength": 2.0}),

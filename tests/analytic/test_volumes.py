@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from isophote.film import LIMITS
+from bench.parity import expose
+from isophote.device import open_device
+from isophote.film import LIMITS, Film
+from isophote.passes import film_planes
 from isophote.planes import INVALID
+from isophote.settings import Settings
 from isophote.validate import validate
+from isophote.values import ARITHMETIC
 from tests.analytic.test_subsurface import h_function
 from tests.scenes import (
     POINT,
@@ -23,6 +28,7 @@ from tests.scenes import (
     place,
     program,
     quad,
+    ready,
     render,
 )
 
@@ -205,3 +211,76 @@ def test_extremes_are_numbers(volume):
     film = render(through_box(volume).make(), 16)
     assert not film.sum(INVALID).any() and np.isfinite(pixels(film)).all()
     assert (pixels(film)[..., :3] >= 0).all() and pixels(film)[..., :3].max() < 1.2
+
+
+# ------------------------------------------------------------------ what differs from point to point
+
+
+def ramp(low: float, high: float):
+    """Numbers that go from low at z = -1 to high at z = 1."""
+    return ARITHMETIC.call("position")[2] * (0.5 * (high - low)) + 0.5 * (high + low)
+
+
+@BOTH
+def test_an_uneven_slab_absorbs(precision):
+    """Of a density that grows evenly the mean counts; ratio and delta tracking are right on average."""
+    dense = [ramp(0.0, 2.0 * s) for s in (0.2, 1.0, 1.5)]
+    film = render(through_box(program(("extinction", dense))).make(), 2048, precision=precision)
+    assert_mean(film, np.exp(-2 * np.array((0.2, 1.0, 1.5))), accuracy=0.01)
+
+
+@BOTH
+def test_an_uneven_slab_casts_shadows(precision):
+    b = Builder((4, 4))
+    b.look((0, 0, -1.5), (0, 0, -2), 0.2, orthographic=True, up=(0, 1, 0))
+    b.add(quad((0, 0, -2), (9, 0, 0), (0, 9, 0)), diffuse(0.5))
+    b.add(box((0, 0, 0), (90, 90, 1)), [], volume=program(("extinction", [ramp(0.5, 1.5)] * 3)))
+    b.lamp(SUN, 3.0)
+    assert_mean(render(b.make(), 2048, precision=precision), 3.0 * 0.5 / np.pi * np.exp(-2), accuracy=0.02)
+
+
+@BOTH
+def test_an_uneven_slab_glows(precision):
+    """The emission of a slab whose density and glow grow together: glow / density is the same everywhere."""
+    dense = ramp(0.1, 1.9)
+    volume = program(("extinction", [dense] * 3), ("emission", [dense * 3.0, dense, dense * 0.5]))
+    film = render(through_box(volume, world=0.0).make(), 4096, precision=precision)
+    assert_mean(film, np.array((3.0, 1.0, 0.5)) * (1 - np.exp(-2)), accuracy=0.01)
+
+
+@BOTH
+@pytest.mark.parametrize("shape", ["box", "sphere", "mirrored"])
+def test_uneven_white_volumes_do_not_show(shape, precision):
+    b = Builder((6, 6))
+    b.world = 1.0
+    b.look((0, 0, 4), (0, 0, 0), 0.2, up=(0, 1, 0))
+    x, _, z = ARITHMETIC.call("object_point")
+    dense = x * x * 3.0 + 0.1
+    white = b.material([], volume=program(("extinction", [dense, dense * 2.0, dense]),
+                                          ("scattering", [dense, dense * 2.0, dense], dict(anisotropy=z * 0.5))))
+    if shape == "sphere":
+        b.sphere((0, 0, 0), 1, white)
+    else:
+        body = b.mesh(box() if shape == "box" else ball(rings=6))
+        b.instance(body, white, matrix=place(scale=(-1, 1, 1) if shape == "mirrored" else 1))
+        b.instance(body, white, matrix=place((50, 0, 0)))
+    film = render(b.make(), 1024, precision=precision, max_bounces=250, volume_bounces=250)
+    assert_mean(film, 1.0, accuracy=0.005, rounding=1e-3)
+
+
+def test_too_low_majorants_keep_the_mean():
+    """Weights are negative there."""
+    b = through_box(program(("extinction", [ramp(0.0, 2.0)] * 3)))
+    prepared = ready(b.make())
+    prepared.buffers["materials"]["majorant"] *= 0.6
+    settings = Settings(samples=8192, volume_bounces=8)
+    device = open_device("openmp", settings)
+    device.upload(prepared)
+    film = expose(device, Film((0, 0, 4, 4), film_planes(settings)), 8192, settings)
+    device.close()
+    assert_mean(film, np.exp(-2), accuracy=0.02)
+
+
+def test_volumes_do_not_ask_for_surfaces():
+    with pytest.raises(AssertionError, match="asks for what surfaces have"):
+        through_box(program(("extinction", list(ARITHMETIC.call("shading_normal"))))).make()

@@ -1,4 +1,4 @@
-"""Volumes against Cycles: a ball of each kind, and scenes in fog, haze and light (blend_scenes/nodes/make_volume*.py)."""
+"""Volumes against Cycles: a ball of each kind, scenes in fog, haze and clouds (blend_scenes/nodes/make_volume*.py)."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from tests.images.agreement import assert_agrees, made
 
 CLOSE = 0.01  # relative, of a channel's mean over a ball
 # How noisy a picture may be at equal samples, as variance over Cycles'.
-NOISE = {"fog": 2.0, "inside": 1.8, "glow": 1.1}
+NOISE = {"fog": 2.0, "inside": 1.8, "glow": 1.1, "clouds": 3.0}
 
 
 @pytest.mark.slow
@@ -28,4 +28,4 @@ def test_balls_agree():
 @pytest.mark.parametrize("kind", NOISE)
 def test_pictures_agree(kind, tmp_path):
     blend = made("nodes/make_volume_scenes.py", tmp_path / "volume.blend", kind)
-    assert_agrees(blend, 32, 8, NOISE[kind])
+    assert_agrees(blend, 16, 6, NOISE[kind])

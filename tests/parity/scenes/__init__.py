@@ -11,7 +11,7 @@ from tests.parity.scenes.inputs import inputs
 from tests.parity.scenes.pictures import pictures
 from tests.parity.scenes.shown import NAMED, shown
 from tests.parity.scenes.skies import under_skies
-from tests.parity.scenes.volumes import volumes
+from tests.parity.scenes.volumes import clouds, volumes
 from tests.scenes import (
     CAMERA,
     DIFFUSE,
@@ -266,7 +266,7 @@ def skins() -> Scene:
 
 SCENES = {scene.__name__: scene for scene in (
     cornell_like, spheres, instances, lamps, shaped_lamps, closures, rare_closures, conversions, inputs, pictures,
-    shown, under_skies, moving_panorama, skins, volumes)}
+    shown, under_skies, moving_panorama, skins, volumes, clouds)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -283,5 +283,6 @@ SETTINGS = {
     "skins": dict(film_transparent=True, clamp_indirect=4.0),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
     "under_skies": dict(max_bounces=4),
+    "clouds": dict(volume_bounces=2, max_bounces=4),
     "volumes": dict(volume_bounces=3, film_transparent=True, clamp_indirect=4.0),
 }

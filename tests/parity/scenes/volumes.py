@@ -1,6 +1,8 @@
-"""Volumes: in balls, boxes and glass, in each other, in instances and in the world, with the camera in one of them."""
+"""Volumes: in balls, boxes and glass, in each other, in instances and in the world, with the camera in one of them; and
+such that differ from point to point."""
 
 from isophote.scene import Scene
+from isophote.values import ARITHMETIC
 from tests.scenes import (
     ALL,
     POINT,
@@ -47,3 +49,26 @@ def volumes() -> Scene:
     b.lamp(RECTANGLE, 100.0, look_at((2, -4, 5), (0, 0, 0)), (1, 1), visibility=30)
     b.lamp(SUN, 0.5, look_at((1, 1, 5), (0, 0, 0)), (0.0, 0))
     return b.make(**b.fill_world(medium((0.004, 0.006, 0.0), (0.01, 0.01, 0.0), 0.3)))
+
+
+def clouds() -> Scene:
+    """Densities, colours, phases and emission that vary, in an instance, a sphere and even haze."""
+    b = Builder((10, 8))
+    b.world = (0.4, 0.5, 0.7)
+    b.look((0, -7, 3), (0, 0, 0.7), 0.45)
+    b.add(quad((0, 0, 0), (6, 0, 0), (0, 6, 0)), diffuse(0.5))
+    x, y, z = ARITHMETIC.call("object_point")
+    dense = x * x + y * y * 0.5
+    lumpy = program(("extinction", [dense * 2.5, dense * 2.0, dense * 1.5]), ("emission", [dense * 0.2, 0.0, 0.0]),
+                    ("scattering", [dense * 2.0, dense, dense], dict(anisotropy=z * 0.5, alpha=0.5)))
+    height = ARITHMETIC.call("position")[2]
+    thin = [0.02 / (height * height + 1.0)] * 3
+    haze = program(("extinction", thin), ("scattering", thin, dict(anisotropy=0.2)))
+    body = b.mesh(ball(rings=6))
+    for k, scale in enumerate((1.0, -0.8)):
+        b.instance(body, b.material([], volume=lumpy), matrix=place((2.2 * k - 1.5, 0, 1.0), (scale, 1, 1), k))
+    b.sphere((2.8, 0, 0.8), 0.7, b.material(GLASS, volume=haze))
+    b.add(box((0, 0, 1.2), (3, 2, 1.1)), [], volume=medium(0.02, 0.05))
+    b.lamp(POINT, 300.0, place((3, -4, 5)), (0.3, 0))
+    b.lamp(POINT, 50.0, place((-1, -1.5, 1.5)), (0.2, 0))
+    return b.make(**b.fill_world(medium(0.002, 0.004)))
