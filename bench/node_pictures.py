@@ -37,7 +37,7 @@ SCENES = {
     "subsurface": ("make_subsurface.py", ("{}/subsurface.blend",), MANY),
     "volumes": ("make_volumes.py", ("{}/volumes.blend",), MANY),
     **{kind: ("make_volume_scenes.py", ("--", f"{{}}/{kind}.blend", kind), MANY)
-       for kind in ("fog", "inside", "glow", "clouds")},
+       for kind in ("fog", "inside", "glow")},
     "skies": ("make_skies.py", ("--", "{}"), FEW),
     **{f"under_{sky}": ("make_skies.py", ("--", "{}"), MANY) for sky in ("sun", "hosek_wilkie")},
     **{lamp: ("make_lamps.py", ("--", f"{{}}/{lamp}.blend", lamp), MANY)
