@@ -9,11 +9,11 @@
 #include "phase.h"
 #include "passes.h"
 
-#define MOST_LOBES 16u   /* phase functions that count at a point */
+#define MOST_LOBES 16u /* phase functions that count at a point */
 #define SCATTERING_ANISOTROPY 0 /* parameters of OP_SCATTERING */
 #define SCATTERING_ALPHA 1
 #define SEED_VOLUME 0x510e527fu
-#define RAY_OF_VOLUME (RAY_DIFFUSE | RAY_SOFT) /* the kind of a ray that volumes have scattered */
+#define RAY_OF_VOLUME RAY_DIFFUSE /* the kind of a ray that volumes have scattered */
 /* Instance of the hit of a path that is scattered by a volume. */
 #define IN_VOLUME (NONE - 2u)
 
@@ -272,8 +272,8 @@ FN Travelled travel_even(Segment g, Path p, Hit h, real2 u) {
   Travelled r;
   Mixture x = g.mixture;
   real3 throughput = path_throughput(p), e = x.extinction;
-  real sum = throughput.x + throughput.y + throughput.z;
-  real3 chances = quotient3(throughput, sum);
+  real sum = sum_of3(abs3(throughput)); /* some are negative where a majorant was exceeded */
+  real3 chances = quotient3(abs3(throughput), sum);
   int samples = is_scattering(x) & !is_held_back(g, p) & (sum > REAL(0.0));
   real drawn = u.x < chances.x ? e.x : (u.x < chances.x + chances.y ? e.y : e.z);
   int thick = drawn > REAL(1e-37);
