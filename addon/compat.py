@@ -15,6 +15,13 @@ import numpy as np
 
 # ---- export: reading meshes, lights and nodes (addon/export) ------------------------------------
 
+# From CIE XYZ to Rec. 709 (IEC 61966-2-1), as Cycles takes it from the OpenColorIO configuration: rounded before 5.0.
+RGB_OF_XYZ = np.array([[3.24096994, -1.53738318, -0.49861076], [-0.96924364, 1.8759675, 0.04155506],
+                       [0.05563008, -0.20397696, 1.05697151]]
+                      if bpy.app.version >= (5, 0) else
+                      [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560],
+                       [0.0556434, -0.2040259, 1.0572252]])
+
 LARGE = 10_000  # items from which on reading memory pays
 SAMPLES = 32  # of them that are compared with what Blender's interface says
 
@@ -253,6 +260,22 @@ def bump_filter(node) -> float:
     return max(float(socket.default_value), 1e-3) if socket is not None else 1.0
 
 
+def terminator_offset(ob, kind: str) -> float:
+    """An object's shadow terminator offset, of kind "geometry" or "shading"; Cycles' own property before 4.1."""
+    name, default = {"geometry": ("shadow_terminator_geometry_offset", 0.1),
+                     "shading": ("shadow_terminator_shading_offset", 0.0)}[kind]
+    older = getattr(ob, "cycles", None)
+    if hasattr(ob, name):
+        return getattr(ob, name)
+    return getattr(older, name.replace("_shading", ""), default)
+
+
+def is_diced(ob) -> bool:
+    """Whether Cycles would subdivide an object by how large the camera sees it: of its modifier since 5.0."""
+    owners = (getattr(ob, "cycles", None), *ob.modifiers[-1:])
+    return any(getattr(owner, "use_adaptive_subdivision", False) for owner in owners)
+
+
 def displacement_method(material) -> str:
     """BUMP, DISPLACEMENT or BOTH: what Cycles makes of a material's displacement; Cycles' own property before 4.1."""
     for owner in (material, getattr(material, "cycles", None)):
@@ -292,6 +315,7 @@ PASS_NAMES = {
     "IndexMA": "Material Index",
     "Emit": "Emission",
     "Env": "Environment",
+    "AO": "Ambient Occlusion",
 }
 
 

@@ -11,7 +11,7 @@ import bpy
 
 from isophote.scene import SceneError
 
-from .export import export_scene, seen_from
+from .export import export_scene, middle_of_shutter, seen_from
 
 
 class Exporter(bpy.types.RenderEngine):
@@ -25,7 +25,10 @@ class Exporter(bpy.types.RenderEngine):
     def render(self, depsgraph):
         try:
             start = time.perf_counter()
-            scene = seen_from(export_scene(depsgraph), self, depsgraph)
+            frame = depsgraph.scene_eval.frame_current
+            with middle_of_shutter(self, depsgraph):
+                scene = export_scene(depsgraph, frame=frame)
+            scene = seen_from(scene, self, depsgraph)
             self.scenes.append((scene, time.perf_counter() - start))
         except Exception as error:  # Blender would print it and go on
             traceback.print_exc()

@@ -22,7 +22,7 @@ from isophote.session import Progress, Session
 
 from . import kept, ledger, left_out, log, native
 from .compat import catch_interrupts, frame_border, interrupted
-from .export import export_scene, seen_from
+from .export import export_scene, follows_motion, middle_of_shutter, seen_from
 from .export.changes import Changes
 from .result import OpenResult, mark_failed, missing_passes, stamp, view_names
 from .settings import make_settings
@@ -68,18 +68,21 @@ def render_layer(engine, depsgraph) -> None:
     blender_scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     engine.update_stats("", "Isophote: exporting")
     started = time.perf_counter()
-    scene = export_scene(depsgraph, changes=changes)
-    scene.notes += missing_passes(view_layer)
+    frame = blender_scene.frame_current
+    with middle_of_shutter(engine, depsgraph):
+        scene = export_scene(depsgraph, changes=changes, frame=frame)
+    scene.notes += missing_passes(blender_scene, view_layer)
     export_seconds = time.perf_counter() - started
     region = frame_border(blender_scene.render, scene.resolution)
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     if not engine.is_preview:
         settings = replace(settings, named=scene.named)
+    settings = replace(settings, shadow_catchers=scene.catches and settings.film_transparent)
     if not blender_scene.render.use_multiview:
         only = [seen_from(scene, engine, depsgraph)]
         del scene
         if render_view(engine, only, settings, blender_scene.name, view_layer.name, export_seconds, []):
-            engine.changes = None if blender_scene.render.use_motion_blur else changes  # other frames were evaluated
+            engine.changes = None if follows_motion(depsgraph) else changes  # other frames were evaluated
         return
     told: list[str] = []
     for view in view_names(engine):
@@ -140,7 +143,9 @@ def render_session(engine, worker, session: Session, layer: str, view: str) -> E
     """Step to the end and show what comes. An error of the device is returned after what was rendered is kept."""
     x0, y0, x1, y1 = session.region
     width, height = x1 - x0, y1 - y0
-    with OpenResult(engine, width, height, layer, view, session.settings.passes, session.settings.named) as result:
+    settings = session.settings
+    with OpenResult(engine, width, height, layer, view, settings.passes, settings.named,
+                    settings.matte_levels) as result:
         failure, due, stopped = None, 0.0, False
         while not stopped:
             future = worker.submit(session.step)
@@ -157,13 +162,13 @@ def render_session(engine, worker, session: Session, layer: str, view: str) -> E
             if not stopped and now >= due:
                 if not bpy.app.background:
                     result.show(make_passes(session.film, ("combined",)))
-                report(engine, progress, session.settings.time_limit)
+                report(engine, progress, settings.time_limit)
                 cost = time.perf_counter() - now
                 due = now + cost + max(cost / SHOW_SHARE, 1.0 if bpy.app.background else 0.0)
         if session.film.samples:
-            result.show(make_passes(session.film, session.settings.passes) | make_named(session.film))
+            result.show(make_passes(session.film, settings.passes) | make_named(session.film))
     if session.film.samples and not engine.is_preview:
-        stamp(engine, log.stamp_fields(session.result(), layer, partial=bool(failure)))
+        stamp(engine, log.stamp_fields(session.result(), layer, partial=bool(failure)) | session.matte_metadata(layer))
     if failure and session.film.samples:
         message = f"{failure}; the {session.film.samples} samples that were done are kept"
         log.line(f"error: {message}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from isophote.settings import Settings
 
-from .result import wanted_passes
+from .result import matte_levels, wanted_passes
 
 PREVIEW_SAMPLES = 32  # of the small pictures of materials and lights
 # Properties of scene.isophote that bear the names of settings.
@@ -56,7 +56,8 @@ def file_settings(scene) -> dict:
         values = own_values(own)
     else:
         values = {ours: getattr(cycles, theirs) for theirs, ours in FROM_CYCLES.items()}
-    return {**values, "film_transparent": scene.render.film_transparent}
+    layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])  # the one that is exported
+    return {**values, "film_transparent": scene.render.film_transparent, "matte_levels": matte_levels(layer)}
 
 
 def make_settings(scene, view_layer, region: tuple[int, int, int, int], preview: bool = False) -> Settings:
@@ -73,6 +74,7 @@ def make_settings(scene, view_layer, region: tuple[int, int, int, int], preview:
         threads=scene.render.threads,  # of the scene, of the machine, or of the option -t: Blender knows
         film_transparent=scene.render.film_transparent,
         passes=("combined",) if preview else wanted_passes(view_layer),
+        matte_levels=matte_levels(view_layer),
         region=region,
     )
 

@@ -203,6 +203,7 @@ class ISOPHOTE_PT_passes(PanelBase, bpy.types.Panel):
         column = self.layout.column(align=True)
         if hasattr(layer, "cycles"):
             column.prop(layer.cycles, "denoising_store_passes", text="Denoising Data")
+            column.prop(layer.cycles, "use_pass_shadow_catcher")
         column.prop(layer.isophote, "albedo")
         column.prop(layer.isophote, "sample_count")
         column.prop(layer.isophote, "invalid")
@@ -222,6 +223,19 @@ class ISOPHOTE_PT_light_passes(PanelBase, bpy.types.Panel):
                 row.prop(layer, f"use_pass_{kind}_{of}", text=of.title(), toggle=True)
         column.prop(layer, "use_pass_emit")
         column.prop(layer, "use_pass_environment")
+        column.prop(layer, "use_pass_ambient_occlusion", text="Ambient Occlusion")
+
+
+class ISOPHOTE_PT_cryptomatte(PanelBase, bpy.types.Panel):
+    bl_label = "Cryptomatte"
+    bl_context = "view_layer"
+    bl_parent_id = "ISOPHOTE_PT_passes"
+
+    def draw(self, context):
+        layer, column = context.view_layer, self.column()
+        for kind in ("object", "material", "asset"):
+            column.prop(layer, f"use_pass_cryptomatte_{kind}", text=kind.title())
+        column.prop(layer, "pass_cryptomatte_depth", text="Levels")
 
 
 class ListOfLayer(PanelBase):
@@ -326,6 +340,7 @@ CLASSES = (
     ISOPHOTE_PT_trade,
     ISOPHOTE_PT_passes,
     ISOPHOTE_PT_light_passes,
+    ISOPHOTE_PT_cryptomatte,
     ISOPHOTE_PT_aovs,
     ISOPHOTE_PT_light_groups,
     ISOPHOTE_PT_object_light_group,

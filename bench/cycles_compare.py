@@ -33,19 +33,21 @@ from isophote.settings import Settings
 OPENCL_SIZE, OPENCL_SAMPLES = 64, 4  # PoCL is slow: enough for bits
 
 
-def render_both(blend: Path, longest: int, samples: int, replicates: int) -> dict:
-    """Both engines' replicates (K, h, w, 3), "isophote" and "cycles", and what they were rendered from.
+def render_both(blend: Path, longest: int, samples: int, replicates: int, over=None) -> dict:
+    """Both engines' replicates (K, h, w, 3), "isophote" and "cycles", and what they were rendered from. `over`: a
+    colour of the background, for films with alpha.
 
     "seconds": of each engine, from the file to the last picture.
     """
     started = time.perf_counter()
     with Cycles(blend, longest) as cycles:
-        theirs = np.stack([cycles.render(samples, seed) for seed in range(replicates)])
+        theirs = np.stack([cycles.render(samples, seed, over) for seed in range(replicates)])
         info = cycles.info
     between = time.perf_counter()
     settings = same_settings(info, samples=samples)
     scene = exported(blend, tuple(info["size"]))
-    ours = render_replicates(scene, settings, range(replicates))
+    settings = replace(settings, shadow_catchers=scene.catches and settings.film_transparent)
+    ours = render_replicates(scene, settings, range(replicates), over)
     seconds = {"isophote": time.perf_counter() - between, "cycles": between - started}
     return {"isophote": ours, "cycles": theirs, "scene": scene, "settings": settings, "info": info, "seconds": seconds}
 

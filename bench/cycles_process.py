@@ -78,11 +78,11 @@ class Cycles:
         """Wall time of one render, with everything that Blender does around it."""
         return self.ask(samples=samples, seed=seed, out=None)["seconds"]
 
-    def render(self, samples: int, seed: int) -> np.ndarray:
-        """Linear RGB, float32 (h, w, 3), rows from the bottom."""
+    def render(self, samples: int, seed: int, over=None) -> np.ndarray:
+        """Linear RGB, float32 (h, w, 3), rows from the bottom; over a colour of the background where one is given."""
         out = Path(self.folder.name) / "picture.npy"
         self.ask(samples=samples, seed=seed, out=str(out))
-        return np.load(out)
+        return laid_over(np.load(out), over)
 
     def close(self) -> None:
         self.process.stdin.close()
@@ -99,6 +99,14 @@ class Cycles:
 
     def __exit__(self, *_) -> None:
         self.close()
+
+
+def laid_over(rgba: np.ndarray, background) -> np.ndarray:
+    """RGB of pictures (..., 4) whose alpha is premultiplied, over a colour, or as it is where that is None."""
+    light = rgba[..., :3]
+    if background is None:
+        return light
+    return light + (1.0 - rgba[..., 3:]) * np.asarray(background, rgba.dtype)
 
 
 def same_settings(info: dict, **others) -> Settings:

@@ -9,7 +9,7 @@ the picture in pixels, 0 for the file's own size.
 Settings are the file's, but for those that would make Cycles biased (clamping, filtered glossy,
 denoising, adaptive sampling) and those that Isophote has one kind of only (the pixel filter).
 Prints lines of `ISOPHOTE-CYCLES {json}`: first what it renders, then an answer to each request
-{"samples", "seed", "out"}: out names a .npy file, float32 RGB (h, w, 3), rows from the bottom, or is null.
+{"samples", "seed", "out"}: out names a .npy file, float32 RGBA (h, w, 4), rows from the bottom, or is null.
 """
 
 from __future__ import annotations
@@ -71,11 +71,10 @@ def set_up(longest: int, threads: int) -> dict:
             changed[name] = getattr(cycles, name)
             setattr(cycles, name, value)
     render.use_border = render.use_multiview = render.use_compositing = render.use_sequencer = False
-    render.use_motion_blur = False
     render.threads_mode, render.threads = "FIXED", threads
     render.use_persistent_data = True  # the tree is built once, for the first request
     image = render.image_settings
-    image.file_format, image.color_mode, image.color_depth, image.exr_codec = "OPEN_EXR", "RGB", "32", "NONE"
+    image.file_format, image.color_mode, image.color_depth, image.exr_codec = "OPEN_EXR", "RGBA", "32", "NONE"
     return {
         "version": bpy.app.version_string,
         "size": set_size(render, longest),
@@ -96,7 +95,7 @@ def picture(folder: str) -> np.ndarray:
     pixels = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(pixels)
     bpy.data.images.remove(image)
-    return pixels.reshape(height, width, -1)[..., :3]
+    return pixels.reshape(height, width, -1)
 
 
 def answer(request: dict, folder: str) -> dict:

@@ -30,6 +30,9 @@ SCENES = {
     "paths": ("make_inputs.py", ("{}",), MANY),
     "normals": ("make_normals.py", ("{}",), MANY),
     "steps": ("make_normals.py", ("{}",), FEW),
+    "displacement": ("make_displacement.py", ("--", "{}"), FEW),
+    "displaced": ("make_displacement.py", ("--", "{}"), MANY),
+    "terminator": ("make_terminator.py", ("--", "{}/terminator.blend"), MANY),
     "images": ("make_images.py", ("--", "{}/images.blend"), FEW),
     **{world: ("make_worlds.py", ("--", f"{{}}/{world}.blend", world), MANY)
        for world in ("sky", "sunny", "ball", "hidden", "light_path", "lamps", "screens")},

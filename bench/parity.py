@@ -89,7 +89,9 @@ def differences(film: Film, other: Film) -> dict[str, int]:
     """Differing floats of each pass, and of the film's sums as "sums"."""
     mine, others = (make_passes(f, EVERY_PASS) for f in (film, other))
     counts = {name: differing_floats(mine[name], others[name]) for name in mine}
-    counts["sums"] = sum(differing_floats(film.sum(plane), other.sum(plane)) for plane in range(film.planes))
+    counts["sums"] = sum(differing_floats(film.sum(plane), other.sum(plane)) for plane in range(film.planes.sums))
+    mattes = zip(film.all_mattes().of.values(), other.all_mattes().of.values(), strict=True)
+    counts["mattes"] = sum(not (np.array_equal(a.keys, b.keys) and np.array_equal(a.units, b.units)) for a, b in mattes)
     return counts
 
 

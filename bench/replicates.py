@@ -13,10 +13,11 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
+from bench.cycles_process import laid_over
 from isophote.compare import limit, mean_flip, z_test
 from isophote.device import open_device
-from isophote.film import COMBINED_PLANES, Film
-from isophote.passes import PASSES
+from isophote.film import Film
+from isophote.passes import PASSES, film_planes
 from isophote.prepare import prepare
 from isophote.scene import Scene
 from isophote.schedule import sample_items
@@ -45,17 +46,17 @@ def uploaded(scene: Scene, settings: Settings) -> Iterator:
 def render_film(device, scene: Scene, settings: Settings) -> Film:
     """The whole frame by a device that holds the scene."""
     region = (0, 0, *(int(n) for n in scene.resolution))
-    film = Film(region, COMBINED_PLANES)
+    film = Film(region, film_planes(settings))
     for item in sample_items(0, settings.samples, settings.samples, region):
         film.add_samples(device.render(item, settings, film.open, lambda: False))
     return film
 
 
-def render_replicates(scene: Scene, settings: Settings, seeds: Iterable[int]) -> np.ndarray:
-    """Linear RGB by seed, float32 (K, h, w, 3), rows from the bottom, settings.samples each."""
+def render_replicates(scene: Scene, settings: Settings, seeds: Iterable[int], over=None) -> np.ndarray:
+    """Linear RGB by seed, float32 (K, h, w, 3), rows from the bottom, settings.samples each; `over` as in laid_over."""
     with uploaded(scene, settings) as device:
         films = (render_film(device, scene, replace(settings, seed=seed)) for seed in seeds)
-        return np.stack([PASSES["combined"].make(film)[..., :3] for film in films])
+        return np.stack([laid_over(PASSES["combined"].make(film), over) for film in films])
 
 
 def tile_means(images: np.ndarray, tile: int = TILE) -> np.ndarray:

@@ -32,10 +32,6 @@ OTHERWISE = {
         "The walls are there twice, in one place and with opposite normals: in Cycles each shades the other, and they "
         "are black. In Isophote rays start off a surface by the rounding error of its points, and both are lit. With "
         "one of them moved by 1 % the pictures agree.",
-    "ignis/evaluation/blender/roughness.blend":
-        "Cycles moves the begin of shadow rays off smooth meshes where light grazes (an object's Shadow Terminator, "
-        "Geometry Offset, 0.1 unless it is changed); Isophote does not. One tile at the ball's dark rim is 2 % darker; "
-        "with an offset of 0 the pictures agree.",
 }
 IMPORTER = ROOT / "bench" / "import_collada.py"
 SOURCES = {

@@ -183,7 +183,7 @@ def joined(films: list[Film]) -> Film:
     """One film of several seeds, for what counts only: as if the seeds were further samples."""
     whole = Film(films[0].region, films[0].planes)
     for film in films:
-        for plane in range(film.planes):
+        for plane in range(film.planes.sums):
             whole.totals[plane].add(film.sum(plane))
         whole.end += film.samples
         whole.ended += film.ended

@@ -95,8 +95,14 @@ def arrays_of(buffers: dict[str, np.ndarray]) -> list[np.ndarray]:
 
 
 def evaluate(buffers: dict[str, np.ndarray], ids: np.ndarray, places: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """As native/emission.h has it; not finite or negative parts are 0."""
+    """As `emitted`; not finite or negative parts are 0."""
+    made = emitted(buffers, ids, places, directions)
+    return np.where(np.isfinite(made), np.maximum(made, 0.0), 0.0)
+
+
+def emitted(buffers: dict[str, np.ndarray], ids: np.ndarray, places: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """What programs compute, f4 [N, 3], as native/emission.h has it."""
     made = np.empty((len(ids), 3), np.float32)
     _native.evaluate_emission(arrays_of(buffers), ids, np.ascontiguousarray(places, np.float32),
                               np.ascontiguousarray(directions, np.float32), THREADS, made)
-    return np.where(np.isfinite(made), np.maximum(made, 0.0), 0.0)
+    return made

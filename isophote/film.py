@@ -19,12 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from isophote.files import replacing
+from isophote.mattes import Coverage, Mattes
 from isophote.planes import Planes, make_planes
 from isophote.schedule import BLOCK, Region, WorkItem
 from isophote.totals import Total, add_parts, any_of
 from isophote.turns import Turn, first_turn
 
-FORMAT = 4
+FORMAT = 5
 COMBINED_PLANES = Planes()
 LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
           "transparent_bounces")
@@ -44,7 +45,8 @@ class Film:
     pixels have the same samples, [first, end); afterwards `end` and `open` are of no more use. A film that goes on from
     one whose pixels differ has an integer (h, w) as `first`.
 
-    `ended` counts the paths that each of LIMITS, the bounce limits, has ended, uint64.
+    `ended` counts the paths that each of LIMITS, the bounce limits, has ended, uint64. `mattes` has the closed blocks'
+    tables, those behind the planes that are sums.
     """
 
     def __init__(self, region: Region, planes: Planes = COMBINED_PLANES, first: int | np.ndarray = 0):
@@ -62,7 +64,8 @@ class Film:
         self._paths = 0  # where pixels have different numbers
         self.planes = planes
         self.open = np.zeros((planes, *self.shape), np.float32)
-        self.totals = [Total() for _ in range(planes)]
+        self.totals = [Total() for _ in range(planes.sums)]
+        self.mattes = Mattes(planes)
         self.ended = np.zeros(len(LIMITS), np.uint64)
         if np.ndim(first):
             self.ends = np.array(first, np.int64)
@@ -134,9 +137,10 @@ class Film:
         """Add the full open block to the totals and clear it. Raises FilmError while it is not full."""
         if self.open_samples:
             raise FilmError(f"the block holds {self.open_samples} of {BLOCK} samples and stays open")
-        for plane, total in zip(self.open, self.totals, strict=True):
+        for plane, total in zip(self.open[:self.planes.sums], self.totals, strict=True):
             if any_of(plane):
                 total.add(plane)
+        add_tables(self.mattes, self.open[self.planes.sums:])
         self.open.fill(0.0)
 
     def allow(self, limits: np.ndarray) -> None:
@@ -180,9 +184,11 @@ class Film:
         """
         parts, turn = self.turn.give(sums.shape[2])
         given = sum(len(part.pixels) for part in parts)
-        if sums.shape != (len(self.totals), 1, given):
+        if sums.shape != (int(self.planes), 1, given):
             raise FilmError(f"sums {sums.shape} are no blocks of {self.planes}, of which {given} are lacking")
-        add_parts(self.totals, parts, sums[:, 0])
+        add_parts(self.totals, parts, sums[:self.planes.sums, 0])
+        if self.planes.mattes:
+            self.mattes.add_tables(sums[self.planes.sums:, 0], np.concatenate([part.pixels for part in parts]))
         for part in parts:
             self.ends.reshape(-1)[part.pixels] += BLOCK
         self.turn = turn
@@ -197,13 +203,22 @@ class Film:
             total.add(self.open[plane])
         return np.zeros(self.shape) if total.hi is None else total.hi + 0.0  # + 0.0: one sign of zero
 
+    def all_mattes(self) -> Mattes:
+        """Of all samples; as `sum`."""
+        if not self.open_samples or self.ends is not None:
+            return self.mattes
+        mattes = self.mattes.copy()
+        add_tables(mattes, self.open[self.planes.sums:])
+        return mattes
+
     def save(self, path: str | Path, scene_hash: str, settings: dict) -> None:
         """Write a checkpoint (.npz): all sums, and the scene and settings that they belong to.
 
         `settings` is Settings.fingerprint(). The file appears whole or not at all. Raises OSError.
         """
         head = {"format": FORMAT, "region": self.region, "planes": self.planes.groups,
-                "clamps": self.planes.clamps, "named": self.planes.named, "first": self.first, "end": self.end,
+                "clamps": self.planes.clamps, "named": self.planes.named, "mattes": self.planes.mattes,
+                "levels": self.planes.levels, "first": self.first, "end": self.end,
                 "ended": self.ended.tolist(), "scene": scene_hash, "settings": settings}
         arrays = {"isophote_film": np.array(json.dumps(head)), "open": self.open}
         if self.ends is not None:
@@ -212,6 +227,8 @@ class Film:
             for half in ("hi", "lo"):
                 if getattr(total, half) is not None:
                     arrays[f"{half}{plane}"] = getattr(total, half)
+        for kind, coverage in self.mattes.of.items():
+            arrays |= {f"keys_{kind}": coverage.keys, f"units_{kind}": coverage.units}
         with replacing(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, **arrays)
 
@@ -230,7 +247,7 @@ def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
             if head.get("format") != FORMAT:
                 raise FilmError(f"{path}: film format {head.get('format')}, this version reads {FORMAT}")
             check_origin(path, head, scene_hash, settings)
-            planes = make_planes(head["planes"], head["clamps"], head["named"])
+            planes = make_planes(head["planes"], head["clamps"], head["named"], head["mattes"], head["levels"])
             film = Film(tuple(head["region"]), planes, head["first"])
             if "ends" in data:
                 film.ends, limits = (loaded(path, data, name, np.int64, film.shape) for name in ("ends", "limits"))
@@ -242,6 +259,9 @@ def load_film(path: str | Path, scene_hash: str, settings: dict) -> Film:
                 for half in ("hi", "lo"):
                     if f"{half}{plane}" in data:
                         setattr(total, half, loaded(path, data, f"{half}{plane}", np.float64, film.shape))
+            for kind in film.mattes.of:
+                keys = loaded(path, data, f"keys_{kind}", np.uint64)
+                film.mattes.of[kind] = Coverage(keys, loaded(path, data, f"units_{kind}", np.int64, keys.shape))
             return film
     except FilmError:
         raise
@@ -262,11 +282,18 @@ def check_origin(path, head: dict, scene_hash: str, settings: dict) -> None:
         raise FilmError(f"{path}: a film with other settings: {'; '.join(differing)}")
 
 
-def loaded(path, data, name: str, dtype, shape: tuple) -> np.ndarray:
+def loaded(path, data, name: str, dtype, shape: tuple | None = None) -> np.ndarray:
+    """An array of the file; without a `shape` it is a list of any length."""
     array = data[name]
-    if array.dtype != dtype or array.shape != shape:
+    if array.dtype != dtype or (array.shape != shape if shape else array.ndim != 1):
         raise FilmError(f"{path}: {name} is {array.dtype} {array.shape}, wanted {np.dtype(dtype)} {shape}")
     return array
+
+
+def add_tables(mattes: Mattes, tables: np.ndarray) -> None:
+    """Add tables (numbers, h, w), where there are mattes."""
+    if len(tables):
+        mattes.add_tables(tables.reshape(len(tables), -1), np.arange(tables[0].size))
 
 
 def merge(films: Iterable[Film]) -> Film:
@@ -301,6 +328,8 @@ def merge(films: Iterable[Film]) -> Film:
         for film in parts:
             if film.totals[plane].hi is not None:
                 total.add(film.totals[plane].hi, film.totals[plane].lo)
+    for film in parts:
+        merged.mattes.add(film.mattes)
     if uneven:
         merged.ends = np.array(reached)
         merged.allow(reached)

@@ -10,24 +10,43 @@ from isophote.records import numbers
 from isophote.scene import Scene
 
 
-def matrix_ranks(scene: Scene) -> np.ndarray:
-    """Rank (I) of each instance's linear part: 3, 2 where it flattens, less where nothing is left; 0 if not finite."""
+def matrix_ranks(matrices: np.ndarray) -> np.ndarray:
+    """Rank (n) of the linear part of matrices f8 (n, 3, 4): 3, 2 where it flattens, less where nothing is left; 0 where
+    one is not finite."""
     with np.errstate(over="ignore"):  # float32 is what kernels get
-        finite = np.isfinite(scene.instance_to_world.astype(np.float32)).all(axis=(1, 2))
+        finite = np.isfinite(matrices.astype(np.float32)).all(axis=(1, 2))
     ranks = np.zeros(len(finite), int)
     if finite.any():
-        ranks[finite] = np.linalg.matrix_rank(scene.instance_to_world[finite][:, :, :3])
+        ranks[finite] = np.linalg.matrix_rank(matrices[finite][:, :, :3])
+    return ranks
+
+
+def instance_ranks(scene: Scene) -> np.ndarray:
+    """Ranks (I) of the instances' matrices: of one that moves the largest while the shutter is open, 0 if some is not
+    finite."""
+    ranks = matrix_ranks(scene.instance_to_world)
+    moving = np.flatnonzero(scene.instance_keys)
+    if len(moving) and not scene.vectors:
+        with np.errstate(over="ignore", invalid="ignore"):
+            large = np.linalg.det(scene.key_to_world[:, :, :3]).astype(np.float32)
+        of_keys = np.where(np.isfinite(large), matrix_ranks(scene.key_to_world), 0)  # kernels invert by minors
+        counts = scene.instance_keys[moving].astype(np.int64)
+        first = np.cumsum(counts) - counts
+        worst = np.minimum.reduceat(of_keys, first)
+        ranks[moving] = np.where(worst > 0, np.maximum.reduceat(of_keys, first), 0)
     return ranks
 
 
 def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
-    """The scene with each instance of rank 2 replaced by a mesh of its own in world space, without smooth normals."""
+    """The scene with each instance of rank 2 replaced by a mesh of its own in world space, without smooth normals; it
+    stays while the shutter is open."""
     flat = np.flatnonzero(ranks == 2)
     if not len(flat):
         return scene
+    scene = without_motion(scene, ranks == 2)
     a = scene.arrays
     parts = {name: [a[name]] for name in ("vertices", "triangles", "triangle_slots", "mesh_vertices", "mesh_triangles",
-                                              "mesh_normals")}
+                                              "mesh_normals", "mesh_keys")}
     a = a | {name: a[name].copy() for name in ("instance_mesh", "instance_to_world")}
     attributes, values = [a["mesh_attributes"]], [a["attribute_values"]]
     names = {group: list(those) for group, those in scene.names.items()}
@@ -43,6 +62,7 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
         end += last - first
         parts["mesh_triangles"].append(np.array([end], np.uint32))
         parts["mesh_normals"].append(np.array([-1], np.int32))
+        parts["mesh_keys"].append(np.zeros(1, np.uint32))
         own, made = attributes_of(a, a["instance_mesh"][instance], used, sum(map(len, values)))
         attributes.append(own[None])
         values.append(made)
@@ -52,6 +72,14 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
         mesh, vertex = mesh + 1, vertex + len(used)
     parts |= {"mesh_attributes": attributes, "attribute_values": values}
     return replace(scene, arrays=a | {name: np.concatenate(part) for name, part in parts.items()}, names=names)
+
+
+def without_motion(scene: Scene, stays: np.ndarray) -> Scene:
+    """The scene without the motion of instances, mask (I)."""
+    a = scene.arrays
+    gone = np.repeat(stays, a["instance_keys"])
+    return replace(scene, arrays=a | {"instance_keys": np.where(stays, 0, a["instance_keys"]).astype(np.uint32),
+                                      "key_to_world": a["key_to_world"][~gone]})
 
 
 def attributes_of(arrays: dict, mesh: int, used: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:

@@ -15,16 +15,17 @@ from functools import cached_property
 
 import numpy as np
 
-from isophote import _native
+from isophote import _native, motion
+from isophote.flatten import matrix_ranks
 from isophote.records import make_records, numbers, records
 from isophote.scene import Scene
 from isophote.trees import NOTHING, THREADS, WORLD, Before, Content, Tree, make_tree, make_wide_tree
 
 # What meshes, trees and records are made of; the scene's other arrays may change and they stay.
-OF_MESHES = ("vertices", "triangles", "mesh_vertices", "mesh_triangles")
+OF_MESHES = ("vertices", "triangles", "mesh_vertices", "mesh_triangles", "mesh_keys", "key_vertices")
 OF_TREES = (*OF_MESHES, "instance_mesh", "instance_to_world", "instance_visibility", "sphere_center", "sphere_radius",
-            "sphere_visibility")
-INPUTS = (*OF_TREES, "triangle_slots", "normals", "mesh_normals", "instance_slots", "sphere_material")
+            "sphere_visibility", "instance_keys", "key_to_world", "vectors")
+INPUTS = (*OF_TREES, "triangle_slots", "normals", "mesh_normals", "instance_slots", "sphere_material", "key_normals")
 # How a mesh comes into the space of its tree, as native/triangles.h has it (struct MeshUse).
 MESH_USE = np.dtype([("instance", "<u4"), ("visibility", "<u4"), ("mirrored", "<u4"), ("unused", "<u4"),
                      ("to_world", "<f8", 12), ("to_object", "<f8", 9)])
@@ -167,21 +168,19 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     changes = kept.differing(inputs) if kept else set(INPUTS)
     if not changes:
         return kept
-    users = np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
-    uses = mesh_uses(scene, users)
-    instances, spheres = make_instances(scene, users), make_spheres(scene)
+    own = own_trees(scene)
+    uses = mesh_uses(scene, own)
     same_trees = changes.isdisjoint(OF_TREES)
-    vertices = kept.buffers["vertices"] if same_trees else baked_vertices(scene, uses)
-    buffers = {"vertices": vertices, "indices": scene.triangles, "normals": baked_normals(scene, uses),
-               "slots": scene.triangle_slots, "spheres": spheres, "instances": instances}
+    buffers = baked_buffers(scene, own, uses, kept.buffers["vertices"] if same_trees else None)
     if same_trees:
         made = Geometry(buffers, kept.meshes, scene.instance_mesh, kept.contents, inputs, trees=kept.trees)
         if "wide_tree" in vars(kept):
             made.wide_tree = kept.wide_tree
         return made
-    meshes = _native.Meshes(vertices, scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
-    contents = [content_of(scene, mesh, [mesh]) for mesh in np.flatnonzero(users > 1).tolist()]
-    contents.append(world_content(scene, users, spheres, instances))
+    meshes = _native.Meshes(buffers["vertices"], scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
+    used = mesh_users(scene) > 0
+    contents = [mesh_content(scene, mesh) for mesh in np.flatnonzero(own & used).tolist()]
+    contents.append(world_content(scene, np.flatnonzero(~own & used), buffers["spheres"], buffers["instances"]))
     before = kept.as_before(changes.isdisjoint(OF_MESHES)) if kept else NOTHING
     made = Geometry(buffers, meshes, scene.instance_mesh, contents, inputs, before)
     if not before.wide_tree:
@@ -192,11 +191,31 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
 # ------------------------------------------------------------------ meshes
 
 
-def mesh_uses(scene: Scene, users: np.ndarray) -> np.ndarray:
-    """A MESH_USE for each mesh; those with one user come to world space."""
-    made = np.zeros(len(users), MESH_USE)
+def mesh_users(scene: Scene) -> np.ndarray:
+    """How many instances each mesh has."""
+    return np.bincount(scene.instance_mesh, minlength=len(scene.mesh_normals))
+
+
+def own_trees(scene: Scene) -> np.ndarray:
+    """Mask (M) of meshes that have a tree of their own: those with several users, and what moves or deforms."""
+    own = (mesh_users(scene) > 1) | motion.deforming(scene)
+    own[scene.instance_mesh[motion.moving(scene)]] = True
+    return own
+
+
+def baked_buffers(scene: Scene, own: np.ndarray, uses: np.ndarray, vertices: np.ndarray | None = None) -> dict:
+    """Buffers by name (kernels/scene_buffers.h) of all that does not need trees; `vertices` where they are known."""
+    made = {"vertices": baked_vertices(scene, uses) if vertices is None else vertices, "indices": scene.triangles,
+            "normals": baked_normals(scene, uses), "slots": scene.triangle_slots, "spheres": make_spheres(scene),
+            "instances": make_instances(scene, own)}
+    return made | motion.motion_buffers(scene)
+
+
+def mesh_uses(scene: Scene, own: np.ndarray) -> np.ndarray:
+    """A MESH_USE for each mesh; those without a tree of their own come to world space."""
+    made = np.zeros(len(own), MESH_USE)
     made["instance"], made["visibility"] = numbers()["NONE"], numbers()["RAY_ALL"]
-    instances = np.flatnonzero(users[scene.instance_mesh] == 1)
+    instances = np.flatnonzero(~own[scene.instance_mesh])
     matrices, single = scene.instance_to_world[instances], scene.instance_mesh[instances]
     made["instance"][single] = instances
     made["visibility"][single] = scene.instance_visibility[instances]
@@ -245,15 +264,27 @@ def content_of(scene: Scene, mesh: int, members, lo=(), hi=(), reference=()) -> 
                    np.asarray(reference, np.uint32))
 
 
-def world_content(scene: Scene, users: np.ndarray, spheres: np.ndarray, instances: np.ndarray) -> Content:
-    """The triangles of meshes with one user, spheres, and the instances of the other meshes."""
+def mesh_content(scene: Scene, mesh: int) -> Content:
+    """Of the tree of one mesh."""
+    if not motion.deforming(scene)[mesh]:
+        return content_of(scene, mesh, [mesh])
+    return content_of(scene, mesh, [], *motion.shape_boxes(scene, mesh), motion.references(scene, mesh))
+
+
+def world_content(scene: Scene, members: np.ndarray, spheres: np.ndarray, instances: np.ndarray) -> Content:
+    """The triangles of meshes in world space, spheres, and the instances of the other meshes."""
     n = numbers()
     placed = np.flatnonzero(instances["root"] != n["NONE"])
-    boxes = mesh_boxes(scene)[scene.instance_mesh[placed]].astype(np.float64)
+    of_meshes = mesh_boxes(scene)
+    for mesh in np.flatnonzero(motion.deforming(scene)):
+        of_meshes[mesh] = motion.box_of_shapes(scene, mesh)
+    boxes = of_meshes[scene.instance_mesh[placed]].astype(np.float64)
     lo, hi = instance_boxes(instances[placed], boxes)
+    moving = np.flatnonzero(motion.moving(scene)[placed])
+    lo[moving], hi[moving] = motion.swept_boxes(scene, placed[moving], boxes[moving])
     center, radius = spheres["center"], spheres["radius"][:, None]
     reference = [np.arange(len(spheres)) | n["REF_SPHERE"] << 30, placed | n["REF_INSTANCE"] << 30]
-    return content_of(scene, WORLD, np.flatnonzero(users == 1), np.concatenate([center - radius, lo]),
+    return content_of(scene, WORLD, members, np.concatenate([center - radius, lo]),
                       np.concatenate([center + radius, hi]), np.concatenate(reference))
 
 
@@ -266,12 +297,12 @@ def make_spheres(scene: Scene) -> np.ndarray:
                         material=scene.sphere_material, visibility=scene.sphere_visibility)
 
 
-def make_instances(scene: Scene, users: np.ndarray) -> np.ndarray:
+def make_instances(scene: Scene, own: np.ndarray) -> np.ndarray:
     """Instance records; the roots of those whose mesh has a tree of its own are filled in by Geometry.joined."""
     n, mesh = numbers(), scene.instance_mesh
-    matrices, shared = scene.instance_to_world, users[mesh] > 1
-    inverse = np.zeros_like(matrices)
-    inverse[:, :, :3] = np.linalg.inv(matrices[:, :, :3])
+    matrices, shared = scene.instance_to_world, own[mesh]
+    inverse, flat = np.zeros_like(matrices), motion.moving(scene) & (matrix_ranks(matrices) < 3)
+    inverse[~flat, :, :3] = np.linalg.inv(matrices[~flat, :, :3])  # who moves may be flat for a moment
     inverse[:, :, 3] = -np.einsum("nij,nj->ni", inverse[:, :, :3], matrices[:, :, 3])
     normals = scene.mesh_normals[mesh].astype(np.int64)
     flags = (is_mirrored(matrices) & ~shared) * n["INSTANCE_MIRRORED"] | (normals >= 0) * n["INSTANCE_SMOOTH"]

@@ -14,11 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from isophote.files import replacing
-from isophote.passes import PASSES
+from isophote.passes import PASSES, channels_of
+from isophote.settings import MOST_LEVELS
 
 SUFFIXES = (".exr", ".png")
 LAYER = "ViewLayer"
-CHANNELS = {entry.blender_name: entry.channels for entry in PASSES.values()}
+CHANNELS = channels_of(PASSES, MOST_LEVELS)
 CHANNEL_ORDER = "RGBAXYZWUV"
 
 
@@ -206,7 +207,7 @@ def gathered(channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     several = len({layer for layer, _ in parted if layer}) > 1
     planes = {}
     for (layer, pass_name), found in parted.items():
-        order = sorted(found, key=lambda c: CHANNELS.get(pass_name, CHANNEL_ORDER).find(c.upper()))
+        order = sorted(found, key=lambda c: CHANNELS.get(pass_name, CHANNEL_ORDER).upper().find(c.upper()))
         planes[f"{layer}.{pass_name}" if several and layer else pass_name] = np.stack([found[c] for c in order], axis=2)
     return planes
 

@@ -8,8 +8,9 @@ from isophote.records import make_records, numbers
 from isophote.statistics import LUMINANCE
 
 
-def make_light_tree(lights: np.ndarray) -> tuple[np.ndarray, int]:
-    """(LightCluster records, steps from the root to the deepest light); fills in the lights' trails.
+def make_light_tree(lights: np.ndarray, lit: np.ndarray | None = None) -> tuple[np.ndarray, int, np.ndarray]:
+    """(LightCluster records, steps from the root to the deepest light, parts of the clusters' intensity that light sets
+    of receivers, f8 [clusters, sets]); fills in the lights' trails. `lit`: whether lights light sets, [N, sets].
 
     All lights must shine. Each level halves every cluster's lights at the median along the longest
     side of their centres' box, suns first parted from the others; so the depth is ceil(log2(n)) or one more.
@@ -17,10 +18,12 @@ def make_light_tree(lights: np.ndarray) -> tuple[np.ndarray, int]:
     """
     n = numbers()
     leaves = leaf_clusters(lights)
+    lit = np.zeros((len(lights), 0)) if lit is None else lit
     order = np.arange(len(lights))
     if len(order) < 2:
-        return make_records("LightCluster", 0), 0
+        return make_records("LightCluster", 0), 0, np.zeros((0, lit.shape[1]))
     tree = make_records("LightCluster", 2 * (len(order) - 1))
+    shares = np.zeros((len(tree), lit.shape[1]))
     starts, counts, pairs = np.array([0]), np.array([len(order)]), np.array([0])
     trails, made, depth = np.zeros(len(lights), np.uint32), 1, 0
     while len(starts):
@@ -37,7 +40,11 @@ def make_light_tree(lights: np.ndarray) -> tuple[np.ndarray, int]:
         of_side = np.repeat(np.arange(len(starts)) % 2, counts)
         places = np.repeat(starts - np.concatenate([[0], counts.cumsum()[:-1]]), counts) + np.arange(counts.sum())
         trails[order[places]] |= (of_side << depth).astype(np.uint32)
-        tree[rows] = merge(leaves[order[places]], np.concatenate([[0], counts.cumsum()[:-1]]))
+        firsts = np.concatenate([[0], counts.cumsum()[:-1]])
+        tree[rows] = merge(leaves[order[places]], firsts)
+        each = leaves["intensity"][order[places]]
+        shares[rows] = (np.add.reduceat(each[:, None] * lit[order[places]], firsts)
+                        / np.add.reduceat(each, firsts)[:, None])
         inner = counts > 1
         tree["child"][rows[~inner]] = n["CLUSTER_LIGHT"] | order[starts[~inner]].astype(np.uint32)
         pairs = made + np.arange(inner.sum())
@@ -45,12 +52,12 @@ def make_light_tree(lights: np.ndarray) -> tuple[np.ndarray, int]:
         made += len(pairs)
         starts, counts, depth = starts[inner], counts[inner], depth + 1
     lights["trail"] = trails
-    return tree, depth
+    return tree, depth, shares
 
 
 def shining(lights: np.ndarray) -> np.ndarray:
-    """Light records without those that send nothing: no strength, or no area."""
-    return lights[leaf_clusters(lights)["intensity"] > 0]
+    """Which Light records send something, int64: those without strength or area do not."""
+    return np.flatnonzero(leaf_clusters(lights)["intensity"] > 0)
 
 
 def beam_angles(lights: np.ndarray) -> np.ndarray:

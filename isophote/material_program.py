@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from isophote.materials import OPERATIONS, PARAMS, Instruction
+from isophote.materials import OPERATIONS, PARAMS, Instruction, make_instruction
 from isophote.records import numbers
 from isophote.values import Number, Program, ProgramTooLarge, Value, add, call1, compile_program, operations, varies
 
@@ -30,6 +30,22 @@ class MaterialProgram:
         """Numbers of the attributes that its steps read."""
         reading = {operations()[name].number for name in ("attribute", "attribute_at")}
         return {data for op, _, _, _, data, _ in self.steps if op in reading}
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """Where a material moves its surface: a program whose emission is the displacement, metres in the world.
+
+    `turns_normals`: normals are those of the moved surface; else they stay, for bump to bend them.
+    """
+
+    program: MaterialProgram
+    turns_normals: bool
+
+
+def make_displacement(vector: Sequence[Number], turns_normals: bool) -> Displacement:
+    """Raises values.ProgramTooLarge as make_material."""
+    return Displacement(make_material([make_instruction("emission", vector)]), turns_normals)
 
 
 # No light is evaluated against their normals. Where another closure has one of its own, all others are looked at in

@@ -13,6 +13,7 @@ whole (mix and add nodes, alpha, Principled's shares) is the instruction's weigh
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from isophote.values import Value
@@ -77,6 +78,13 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     "extinction": (64, ()),
     "scattering": (65, ("anisotropy", "alpha")),  # of Draine's phase function (kernels/phase.h)
 }
+
+
+
+def closure_mask(used: Iterable[int]) -> int:
+    """A bit for each of these operations that surfaces have: what kernels are compiled for."""
+    return sum(1 << number for number in used if number < OPERATIONS["extinction"][0])
+
 
 # These may be left out.
 DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b", "out")} | {"alpha": 0.0}

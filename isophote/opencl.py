@@ -18,7 +18,7 @@ from isophote.film import LIMITS
 from isophote.kernel_build import KernelBuild, build_key
 from isophote.kernel_cache import open_cache
 from isophote.memory import BUFFER, DEVICE, check_device_memory, lowered
-from isophote.params import make_params
+from isophote.params import make_params, times_of_paths
 from isophote.passes import film_planes
 from isophote.planes import Planes
 from isophote.prepare import Prepared
@@ -85,6 +85,8 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
                f"-DCLOSURES_USED={prepared.operations}u", f"-DGROUPS_USED={film_planes(settings).mask}u",
                f"-DCLAMPS={int(settings.clamps)}", f"-DREGISTERS={max(prepared.registers, 1)}"]
+    if "ambient_occlusion" in film_planes(settings).groups:
+        options.append("-DOCCLUSION")
     if prepared.features & numbers()["FEATURE_VALUES"]:
         options += [f"-DVALUES_USED_{family}={mask}u" for family, mask in enumerate(prepared.values)]
     if settings.precision == "fast":
@@ -247,12 +249,12 @@ class OpenCLDevice:
         if film_planes(settings) != self.planes:
             raise DeviceError(f"opencl: {self.name} holds kernels for {self.planes} of a film, not for "
                               f"{film_planes(settings)}")
-        params = make_params(item, settings, len(sums))
         self.memory["film"] = sums.nbytes
         paths = self.paths_at_once(item, sums.nbytes)
         self.reserve(paths)
         film = self.buffer(array=np.ascontiguousarray(sums))
-        params_buffer = self.buffer(array=params)
+        params_buffers = [self.buffer(array=make_params(item, settings, len(sums), catching))
+                          for catching in times_of_paths(self.features, settings)]
         x0, y0, x1, y1 = item.region
         pixels = (x1 - x0) * (y1 - y0)
         at_once = paths // item.samples
@@ -261,7 +263,7 @@ class OpenCLDevice:
         walks = bool(self.features & numbers()["FEATURE_SUBSURFACE"])  # one vertex more: where it enters
         bounces = settings.max_bounces + settings.transparent_bounces + 3 + walks
         for first in range(0, pixels, at_once):
-            if not self.calling(self.wavefront.trace, params_buffer, film, first, min(at_once, pixels - first),
+            if not self.calling(self.wavefront.trace, params_buffers, film, first, min(at_once, pixels - first),
                                 item.samples, bounces, cancelled):
                 return 0
         if len(self.made) < sums.size:

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.passes import film_planes
-from isophote.records import params_dtype
+from isophote.passes import CATCHER, film_planes
+from isophote.records import numbers, params_dtype
 from isophote.schedule import WorkItem
 from isophote.settings import Settings
 
 MOST_BOUNCES = 254  # paths count them in 8 bits
 
 
-def make_params(item: WorkItem, settings: Settings, planes: int) -> np.ndarray:
+def times_of_paths(features: int, settings: Settings) -> tuple[int, ...]:
+    """A CATCHING_ number for each time that paths begin in scenes of these FEATURE_ bits."""
+    n = numbers()
+    if features & n["FEATURE_CATCHERS"] and CATCHER in film_planes(settings).groups:
+        return n["CATCHING_FIRST"], n["CATCHING_ALONE"]
+    return n["CATCHING_NONE"],
+
+
+def make_params(item: WorkItem, settings: Settings, planes: int, catching: int = 0) -> np.ndarray:
     """The bytes of a Params record and, behind it, of the item's list of pixels, uint8 (n,), for a film of the
     settings' planes. Raises ValueError where `planes`, how many there is room for, are others.
 
@@ -34,6 +42,7 @@ def make_params(item: WorkItem, settings: Settings, planes: int) -> np.ndarray:
         "cut_plane": wanted.cut,
         "film_transparent": settings.film_transparent,
         "groups": wanted.mask, "named_planes": wanted.named_planes, "light_plane": wanted.light_plane,
+        "matte_rows": wanted.matte_rows, "catching": catching,
         "listed": item.pixels is not None,
     }
     record = np.zeros(1, params_dtype())

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from isophote.geometry import Geometry, make_geometry
+from isophote.light_linking import link_features, link_records, lit_sets, lit_shares
 from isophote.light_tree import make_light_tree, shining
 from isophote.lights import estimated, has_program, light_records, triangle_lights, world_light
-from isophote.materials import OPERATIONS, is_delta
+from isophote.materials import OPERATIONS, closure_mask, is_delta
+from isophote.motion import deforming, moving
 from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
@@ -77,12 +79,23 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     """
     started = time.perf_counter()
     geometry = make_geometry(scene, kept)
+    buffers = program_buffers(scene, geometry.buffers)
+    buffers |= as_kernels_have_them(make_lights(scene, buffers))
+    features = int(buffers["world"]["features"][0])
+    closures = closure_mask(np.unique(buffers["instructions"]["op"]).tolist())
+    return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
+                    tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+
+
+def program_buffers(scene: Scene, geometry: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """All that programs of materials read: the buffers of a geometry, and what there is but lights."""
     materials, instructions = make_materials(scene)
-    buffers = geometry.buffers | {
+    buffers = geometry | {
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": filter_tables(scene), "albedo_tables": albedo_tables(instructions),
-        "light_groups": light_groups(scene), "pass_indices": pass_indices(scene), "aovs": make_aovs(scene)}
+        "light_groups": light_groups(scene), "aovs": make_aovs(scene), "terminators": terminators(scene),
+        "pass_indices": np.concatenate([pass_indices(scene), matte_ids(scene)])}
     buffers["world"] = make_world(scene, buffers)
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
@@ -90,11 +103,7 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
         buffers |= stand_ins(scene, buffers)
     if has_volumes(scene) and len(scene.step_op):
         buffers["materials"]["majorant"] = find_majorants(scene, buffers)
-    buffers |= as_kernels_have_them(make_lights(scene, buffers))
-    features = int(buffers["world"]["features"][0])
-    closures = sum(1 << op for op in np.unique(instructions["op"]).tolist() if op < OPERATIONS["extinction"][0])
-    return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
-                    tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
+    return buffers
 
 
 def stand_ins(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -112,20 +121,26 @@ def as_kernels_have_them(buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray
 
 
 def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
-    """The world's record, without lights; `buffers` hold pass_indices and light_groups."""
+    """The world's record, without lights; `buffers` hold light_groups."""
     none = numbers()["NONE"]
+    indices, ids = pass_indices(scene), matte_ids(scene)
     material = scene.world_material[0] if len(scene.world_material) else none
-    spheres = len(scene.instance_index) if len(buffers["pass_indices"]) else none
+    spheres = len(scene.instance_index) if len(indices) else none
+    things = len(scene.instance_matte) + len(scene.sphere_matte)
     start, depth, falloff = scene.mist
+    known = numbers()["VECTORS_CAMERA"] | numbers()["VECTORS_MOTION"] * (len(buffers["motions"]) > 0)
+    vectors = known if scene.vectors and len(scene.camera_poses) == 3 else 0
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
                         light_group=scene.world_group,
                         sphere_groups=len(scene.instance_group) if len(buffers["light_groups"]) else none,
                         volume=scene.world_volume - 1 if scene.world_volume else none,
-                        camera_enclosed=is_camera_enclosed(scene),
+                        camera_enclosed=is_camera_enclosed(scene), vectors=vectors,
                         aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
                         mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
                         material_indices=none if spheres == none else spheres + len(scene.sphere_index),
+                        mattes=len(indices) if len(ids) else none, sphere_mattes=len(scene.instance_matte),
+                        material_mattes=len(indices) + 2 * things, occlusion_distance=scene.occlusion_distance,
                         hidden=scene.world_hidden, attributes=scene.mesh_attributes.shape[1],
                         instance_columns=scene.instance_values.shape[1],
                         registers=registers_used(scene))
@@ -137,10 +152,23 @@ def pass_indices(scene: Scene) -> np.ndarray:
     return joined if joined.any() else joined[:0]
 
 
+def matte_ids(scene: Scene) -> np.ndarray:
+    """Of instances and spheres, object and asset in turn, then of materials, float32; empty where there are none."""
+    joined = np.concatenate([scene.instance_matte.ravel(), scene.sphere_matte.ravel(), scene.material_matte])
+    return joined.view(np.float32) if joined.any() else np.zeros(0, np.float32)
+
+
 def light_groups(scene: Scene) -> np.ndarray:
     """Of instances and spheres; empty where none has one."""
     joined = np.concatenate([scene.instance_group, scene.sphere_group])
     return joined if joined.any() else joined[:0]
+
+
+def terminators(scene: Scene) -> np.ndarray:
+    """Of instances of smooth meshes; empty where all are 0."""
+    smooth = scene.mesh_normals[scene.instance_mesh] >= 0
+    made = np.where(smooth, scene.instance_terminator, np.float32(0.0))
+    return made if made.any() else made[:0]
 
 
 def make_aovs(scene: Scene) -> np.ndarray:
@@ -158,7 +186,9 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
 
     `buffers` hold what programs of materials read.
     """
-    lamps, cells = shining(light_records(scene)), np.zeros(0, np.float32)
+    lamps, cells = light_records(scene), np.zeros(0, np.float32)
+    kept = shining(lamps)
+    lamps = lamps[kept]
     visible = numbers()["RAY_ALL"] & ~scene.world_hidden.item()
     world_map = make_world_map(scene, buffers) if visible & numbers()["RAY_INDIRECT"] else None
     world = buffers["world"].copy()
@@ -170,13 +200,17 @@ def make_lights(scene: Scene, buffers: dict[str, np.ndarray]) -> dict[str, np.nd
         world["sun"], world["sun_width"] = scene.world_sun[0, :3], world_map.sun_width
         world["sun_chance"] = world_map.sun_chance
         world["features"] |= numbers()["FEATURE_WORLD_SUN"]
-    lights = np.concatenate([lamps, shining(triangle_lights(scene, buffers["materials"], buffers))])
+    triangles = triangle_lights(scene, buffers["materials"], buffers)
+    lights = np.concatenate([lamps, triangles[shining(triangles)]])
     guessed = estimated(lights, len(lamps), buffers, scene.camera_to_world[:, 3])
-    light_tree, world["light_depth"] = make_light_tree(guessed)
+    light_tree, world["light_depth"], shares = make_light_tree(guessed, lit_sets(scene, lights, kept))
     lights["trail"] = guessed["trail"]
     world["light_count"], world["lamp_count"] = len(lights), len(lamps)
-    world["features"] |= light_features(lights, len(lamps))
-    return {"lights": lights, "light_tree": light_tree, "world_map": cells, "world": world}
+    world["features"] |= light_features(lights, len(lamps)) | link_features(scene)
+    world["receiver_sets"], world["sphere_links"] = shares.shape[1], len(scene.instance_sets)
+    world["lamp_links"] = len(scene.instance_sets) + len(scene.sphere_sets)
+    return {"lights": lights, "light_tree": light_tree, "world_map": cells, "world": world,
+            "links": link_records(scene, kept), "lit_shares": lit_shares(shares)}
 
 
 def make_camera(scene: Scene) -> np.ndarray:
@@ -197,7 +231,7 @@ def make_camera(scene: Scene) -> np.ndarray:
         width=scene.resolution[0], height=scene.resolution[1], reach=scene.camera_panorama[0],
         polynomial=scene.camera_panorama[1:6], shift_x=scene.camera_panorama[6], shift_y=scene.camera_panorama[7],
         eye=scene.camera_stereo[0], convergence=scene.camera_stereo[1], merge_from=scene.camera_stereo[2],
-        merge_to=scene.camera_stereo[3], poses=len(poses))
+        merge_to=scene.camera_stereo[3], poses=0 if scene.vectors else len(poses))
     return np.concatenate([camera, poses])
 
 
@@ -325,8 +359,8 @@ def inverse_cdf(x: np.ndarray, density: np.ndarray) -> np.ndarray:
 
 
 def filter_tables(scene: Scene) -> np.ndarray:
-    """Those that camera rays are drawn by: of the pixel filter, and where the camera moves of its shutter."""
-    if not len(scene.camera_poses):
+    """Those that camera rays are drawn by: of the pixel filter, and where something moves of the shutter."""
+    if not (len(scene.camera_poses) or len(scene.key_to_world) or len(scene.key_vertices)) or scene.vectors:
         return blackman_harris_table()
     return np.concatenate([blackman_harris_table(), shutter_table(scene.shutter_curve)])
 
@@ -362,18 +396,22 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_INSTANCES": (buffers["instances"]["root"] != n["NONE"]).any(),
         "FEATURE_SPHERES": len(buffers["spheres"]) > 0,
         "FEATURE_TRANSPARENT": (materials["flags"] & n["MATERIAL_TRANSPARENT"]).any() or has_volumes(scene),
-        "FEATURE_VISIBILITY": any((v & n["RAY_ALL"] != n["RAY_ALL"]).any() for v in visibility),
+        "FEATURE_VISIBILITY": scene.catches or any((v & n["RAY_ALL"] != n["RAY_ALL"]).any() for v in visibility),
+        "FEATURE_CATCHERS": scene.catches,
         "FEATURE_SMOOTH": (buffers["instances"]["visibility"] & n["INSTANCE_SMOOTH"]).any(),
         "FEATURE_SLOTS": len(buffers["slots"]) > 0,
         "FEATURE_EMISSION": materials["emission"].any(),
         "FEATURE_LENS": scene.camera_lens[0] > 0,
         "FEATURE_PANORAMA": scene.camera_kind >= n["CAMERA_EQUIRECTANGULAR"],
-        "FEATURE_CAMERA_MOTION": len(scene.camera_poses) > 0,
+        "FEATURE_CAMERA_MOTION": len(scene.camera_poses) > 0 and not scene.vectors,
         "FEATURE_VALUES": len(scene.step_op) > 0 or len(scene.uv_attribute) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,
         "FEATURE_VOLUME": has_volumes(scene),
+        "FEATURE_TERMINATOR": len(buffers["terminators"]) > 0,
         "FEATURE_SUBSURFACE": (materials["flags"] & n["MATERIAL_SUBSURFACE"]).any(),
+        "FEATURE_MOTION": moving(scene).any() or deforming(scene).any(),
+        "FEATURE_DEFORMATION": deforming(scene).any(),
     }
     return sum(n[name] for name, used in uses.items() if used)
 

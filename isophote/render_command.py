@@ -17,8 +17,7 @@ from rich.progress import Progress as ProgressBar
 
 from isophote.blender_process import export_blend
 from isophote.device import DeviceError, open_device
-from isophote.film import Film
-from isophote.images import ImageError, check_writable, write_image
+from isophote.images import LAYER, ImageError, check_writable, write_image
 from isophote.ledger import ledger_lines
 from isophote.passes import PASSES, USUAL, check_passes, make_named, make_passes
 from isophote.scene import Scene, SceneError, load_scene, resized
@@ -117,6 +116,8 @@ def render_job(job: Job, console: Console) -> dict:
     opening = time.perf_counter() - started
     scene, export_seconds = open_scene(job.scene, job.frame, job.size, job.blender, console)
     job = with_file_settings(job, scene)
+    caught = scene.catches and job.settings.film_transparent
+    job = replace(job, settings=replace(job.settings, shadow_catchers=caught))
     if job.output.suffix.lower() == ".exr":
         job = replace(job, settings=replace(job.settings, named=scene.named))
     if device.kind != "opencl" or not device.take_up(job.settings):
@@ -134,7 +135,7 @@ def render_job(job: Job, console: Console) -> dict:
         if session.film.samples == 0:
             raise KeyboardInterrupt
         partial = session.why_stopped == "cancelled"
-        write_picture(job, session.film, session.result(), partial)
+        write_picture(job, session, partial)
         return {"output": str(job.output), "partial": partial, **session.result(), "export_seconds": export_seconds}
 
 
@@ -142,12 +143,13 @@ def rescued(job: Job, session: Session) -> str:
     """Write what a failed render has; the end of the error's message."""
     if session.film.samples == 0:
         return f"; {job.output} was not written"
-    write_picture(job, session.film, session.result(), True)
+    write_picture(job, session, True)
     return f"; {job.output} holds the {session.film.samples} samples that were done and is marked as partial"
 
 
-def write_picture(job: Job, film: Film, result: dict, partial: bool) -> None:
+def write_picture(job: Job, session: Session, partial: bool) -> None:
     """Write the passes; where that fails after all, into the folder for temporary files. Raises ImageError."""
+    film, result = session.film, session.result()
     metadata = {"Software": "Isophote", "isophote:partial": int(partial), "isophote:samples": result["samples"],
                 "isophote:most_samples": result["most_samples"],
                 "isophote:device": result["device"], "isophote:precision": result["precision"],
@@ -156,6 +158,7 @@ def write_picture(job: Job, film: Film, result: dict, partial: bool) -> None:
         if result[name]:
             metadata[f"isophote:{name}"] = result[name]
     metadata["isophote:ledger"] = "; ".join(ledger_lines(result["ledger"]))
+    metadata |= session.matte_metadata(LAYER)
     planes = make_passes(film, job.settings.passes) | make_named(film)
     try:
         write_image(job.output, planes, metadata)

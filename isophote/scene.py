@@ -5,7 +5,7 @@ validating walk over it.  Counts: V vertices, T triangles, N normals, E entries 
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
 Z steps, C numbers of tables, A attributes, B numbers of attributes, D AOVs, O instances of which values are known (I or
 0), R numbers of each, G images, X bytes, W, U and Y 0 or 1, J poses of the camera (0 or 2 and
-more), H numbers of a curve.
+more), H numbers of a curve, f keys of instances, v and n vertices and normals of keys of meshes.
 """
 
 from __future__ import annotations
@@ -62,22 +62,45 @@ FIELDS: dict[str, Field] = {
     "mesh_normals": Field("i4", ("M",), "normal of the mesh's first vertex, the others' follow; -1 for flat meshes"),
     "instance_mesh": Field("u4", ("I",), "mesh of each instance"),
     "instance_to_world": Field("f8", ("I", 3, 4), "object to world, relative to origin"),
+    "instance_keys": Field("u4", ("I",), "of one that moves: how many of key_to_world it has, evenly from the opening "
+                                         "of the shutter to its closing; instance_to_world is the middle. 0: it stays",
+                           zeros=True),
+    "key_to_world": Field("f8", ("f", 3, 4), "object to world, of the instances that move one after the other"),
+    "mesh_keys": Field("u4", ("M",), "of one that deforms: how many shapes it has, likewise; vertices are the middle "
+                                     "one. 0: it stays", zeros=True),
+    "key_vertices": Field("f4", ("v", 3), "vertices of the shapes, of the meshes that deform one after the other"),
+    "vectors": Field("u4", (), "1: nothing moves while the shutter is open; keys, three each, are of the frame before, "
+                               "this one and the one after, for the Vector pass, and so are the camera's poses"),
+    "key_normals": Field("f4", ("n", 3), "normals of the smooth ones, likewise"),
     "instance_slots": Field("u4", ("I",), "first entry of the instance in slot_materials"),
     "instance_index": Field("f4", ("I",), "Blender's pass index of the object", zeros=True),
+    "instance_matte": Field("u4", ("I", 2), "Cryptomatte ids of its object and asset: bits of float32, 0: none",
+                            zeros=True),
     "instance_group": Field("u4", ("I",), "light group of what it emits, 0: none, 1: the first", zeros=True),
-    "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h)"),
+    "instance_sets": Field("u4", ("I", 2), "sets of receivers and of blockers of light that it is in, below 64",
+                           zeros=True),
+    "instance_unlinked": Field("u8", ("I", 2), "masks of the sets of receivers that it does not light, and of blockers "
+                                               "that do not stop its light", zeros=True),
+    "instance_terminator": Field("f4", ("I",), "cosine below which rays to lights start above its smooth triangles "
+                                               "(kernels/terminator.h); 0: nowhere", zeros=True),
+    "instance_visibility": Field("u4", ("I",), "mask of RAY_ bits (kernels/scene_records.h), of catchers of shadows "
+                                               "a second time CATCHER_SHIFT higher"),
     "slot_materials": Field("u4", ("Q",), "material of each slot"),
     "sphere_center": Field("f8", ("S", 3), "relative to origin"),
     "sphere_radius": Field("f8", ("S",), "metres"),
     "sphere_material": Field("u4", ("S",), ""),
-    "sphere_visibility": Field("u4", ("S",), "mask of RAY_ bits"),
+    "sphere_visibility": Field("u4", ("S",), "as instance_visibility"),
     "sphere_group": Field("u4", ("S",), "light group", zeros=True),
+    "sphere_sets": Field("u4", ("S", 2), "as instance_sets", zeros=True),
+    "sphere_unlinked": Field("u8", ("S", 2), "as instance_unlinked", zeros=True),
+    "sphere_matte": Field("u4", ("S", 2), "as instance_matte", zeros=True),
     "sphere_index": Field("f4", ("S",), "pass index of the object", zeros=True),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
     "material_volume": Field("u4", ("P",), "one more than the number of the material that fills what it encloses; 0: "
                                            "none. Without instructions it is no surface, but a volume's boundary",
                              zeros=True),
     "material_index": Field("f4", ("P",), "pass index of the material", zeros=True),
+    "material_matte": Field("u4", ("P",), "Cryptomatte id", zeros=True),
     "instruction_op": Field("i4", ("K",), "operation (kernels/bsdf/bsdf.h, isophote/materials.py)"),
     "instruction_flags": Field("u4", ("K",), "INSTRUCTION_ flags, registers of normal and tangent (scene_records.h)",
                                zeros=True),
@@ -113,6 +136,7 @@ FIELDS: dict[str, Field] = {
                                         "(kernels/scene_records.h)"),
     "light_material": Field("u4", ("L",), "one more than the number of the material whose emission multiplies its "
                                           "strength; 0: none", zeros=True),
+    "light_unlinked": Field("u8", ("L", 2), "as instance_unlinked", zeros=True),
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
     "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),
@@ -122,6 +146,7 @@ FIELDS: dict[str, Field] = {
                                        "its angle in radians"),
     "world_group": Field("u4", (), "light group"),
     "mist": Field("f8", (3,), "start, depth, metres from the camera; exponent of its falloff: 1, 2 or 0.5"),
+    "occlusion_distance": Field("f8", (), "metres within which surfaces occlude in the Ambient Occlusion pass"),
 }
 
 
@@ -134,16 +159,19 @@ class Scene:
     """Arrays by name (see FIELDS), the names of things for messages, and notes on what was left out.
 
     `names` maps "meshes", "instances", "spheres", "materials" and "lights" to lists of names, "aovs" and
-    "light_groups" to those of the passes that the scene names, AOVs as Planes has them.
+    "light_groups" to those of the passes that the scene names, AOVs as Planes has them, and "assets" to those of which
+    there are mattes.
     `notes` is a list of dicts {"kind", "name", "what"}: one for each node, light or object that was
     approximated or left out. `settings` is what the scene's file asks for, by name of settings.Settings;
-    no part of the scene's hash.
+    no part of the scene's hash. `identities` tells instances from each other while they are followed through time
+    (addon/export/moving.py), and is not saved.
     """
 
     arrays: dict[str, np.ndarray]
     names: dict[str, list[str]] = field(default_factory=dict)
     notes: list[dict] = field(default_factory=list)
     settings: dict = field(default_factory=dict)
+    identities: list[tuple] = field(default_factory=list)
 
     def __getattr__(self, name):
         try:
@@ -160,6 +188,12 @@ class Scene:
     def named(self) -> tuple[str, ...]:
         """The passes that it names, as Planes has them."""
         return (*self.aovs, *(f"light:{name}" for name in self.names.get("light_groups", ())))
+
+    @property
+    def catches(self) -> bool:
+        """Whether some object catches shadows."""
+        shift = numbers()["CATCHER_SHIFT"]
+        return any((visibility >> shift).any() for visibility in (self.instance_visibility, self.sphere_visibility))
 
     def name_of(self, group: str, index: int) -> str:
         """The name of a thing for messages, or its number where it has none."""

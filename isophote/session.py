@@ -13,12 +13,15 @@ import numpy as np
 
 from isophote.adaptive import PILOT, next_limits
 from isophote.confidence import Claim, claim_of, samples_for
+from isophote.cryptomatte import metadata, names_of
 from isophote.device import Device, DeviceError, SceneTooLarge, open_device
 from isophote.film import Film, FilmError
 from isophote.handover import with_cpu_meanwhile
 from isophote.ledger import ledger_of
+from isophote.mattes import UNITS
 from isophote.memory import check_host_memory
 from isophote.passes import check_passes, film_planes
+from isophote.planes import RECORDS
 from isophote.records import feature_names
 from isophote.scene import Scene, SceneError
 from isophote.schedule import (
@@ -114,6 +117,10 @@ class Session:
         self._notes: list[dict] = list(scene.notes) + dropped + warnings
         if "uv" in settings.passes and not len(scene.uv_attribute):
             self._notes.append({"kind": "pass", "name": "UV", "what": "black: the view layer has its switch off"})
+        self._matte_names = {kind: names_of(scene, kind) for kind in planes.mattes}
+        if planes.mattes and not scene.material_matte.any():
+            self._notes.append({"kind": "pass", "name": "Cryptomatte", "what": "empty: the view layer has its switches "
+                                                                               "off"})
         check_host_memory(len(cleaned.triangles), self.film.open.size)
         if self.device is None:
             self.device = open_device(settings.device, settings)
@@ -136,7 +143,7 @@ class Session:
     @property
     def notes(self) -> list[dict]:
         """What the picture lacks or the user should know, of the scene and of the devices."""
-        return [*self._notes, *self.device.notes]
+        return [*self._notes, *self.device.notes, *lost_mattes(self.film)]
 
     def cancel(self) -> None:
         """Stop soon, from any thread; the whole samples that are done stay in the film."""
@@ -267,7 +274,7 @@ class Session:
 
     def sums_of_blocks(self, count: int) -> np.ndarray:
         """Zeros for an item of so many blocks, float32 (planes, 1, count), in memory that is used again."""
-        size = len(self.film.totals) * count
+        size = int(self.film.planes) * count
         if size > len(self._room):
             self._room = np.empty(size, np.float32)
         self._room[:size] = 0.0
@@ -368,6 +375,11 @@ class Session:
             "notes": self.notes,
         }
 
+    def matte_metadata(self, layer: str) -> dict[str, str]:
+        """What a file's header says of the mattes, of a layer of this name."""
+        return {field: text for kind, names in self._matte_names.items()
+                for field, text in metadata(layer, kind, names).items()}
+
     def leave(self) -> Device | None:
         """The device with the scene on it, for another session; None where there is nothing worth keeping."""
         left, self._leaves = self.device.leave(), True
@@ -383,6 +395,14 @@ class Session:
 
     def __exit__(self, *_) -> None:
         self.close()
+
+
+def lost_mattes(film: Film) -> list[dict]:
+    """A note where mattes lack ids."""
+    lost = film.all_mattes().lost / (UNITS * film.paths) if film.planes.mattes and film.paths else 0.0
+    what = (f"ids of {100.0 * lost:.2g} % of the picture are missing: more than {film.planes.matte_rows} met in "
+            f"{BLOCK} samples of a pixel, or more than {RECORDS} along a ray")
+    return [{"kind": "pass", "name": "Cryptomatte", "what": what}] if lost else []
 
 
 def checked_region(scene: Scene, settings: Settings) -> Region:

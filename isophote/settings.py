@@ -6,10 +6,11 @@ import math
 from dataclasses import asdict, dataclass
 
 PRECISIONS = ("strict", "fast", "reference")
+MOST_LEVELS = 16  # of Cryptomatte, as in Blender
 
 # What may change between two parts of one film: how far and how fast, not what each sample is.
 NOT_OF_THE_SAMPLES = ("samples", "time_limit", "error_target", "adaptive", "device", "wait_for_kernels", "threads",
-                      "passes", "named")
+                      "passes", "named", "matte_levels", "shadow_catchers")
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class Settings:
     film_transparent: bool = False
     passes: tuple[str, ...] = ("combined", "error")
     named: tuple[str, ...] = ()  # all AOV outputs and light groups of the scene (Scene.named), or none
+    matte_levels: int = 6  # ids of a pixel that Cryptomatte's passes show
+    shadow_catchers: bool = False  # films keep what it takes to show the shadows on catchers (Scene.catches)
     region: tuple[int, int, int, int] | None = None  # x0, y0, x1, y1 in pixels from the lower left
 
     def __post_init__(self):
@@ -48,6 +51,8 @@ class Settings:
                 raise ValueError(f"{name} is {getattr(self, name)}: it cannot be negative")
         if not 0.0 <= self.error_target < math.inf:
             raise ValueError(f"error_target is {self.error_target}: it must be 0 (none) or more")
+        if not 1 <= self.matte_levels <= MOST_LEVELS:
+            raise ValueError(f"matte_levels is {self.matte_levels}: there are 1 to {MOST_LEVELS}")
         if self.samples < 1:
             raise ValueError("samples is 0: at least 1 is needed")
 

@@ -12,13 +12,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from isophote.flatten import flattened, matrix_ranks
+from isophote.check_motion import mark_bad_shapes, motion_errors
+from isophote.flatten import flattened, instance_ranks, without_motion
 from isophote.materials import OPERATIONS
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import operations
 from isophote.volumes import asks_for_surfaces, is_deeply_nested
 
+LINK_SETS = 64  # of receivers and of blockers of light: bits of a mask
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
 
 
@@ -50,7 +52,7 @@ def find_bad(scene: Scene) -> Bad:
 
     One zero scale is no reason: a flat mesh squashed along its normal is still there.
     """
-    ranks = matrix_ranks(scene)
+    ranks = instance_ranks(scene)
     return Bad(bad_triangles(scene), ranks < 2, bad_spheres(scene), bad_lights(scene), ranks)
 
 
@@ -92,7 +94,7 @@ def cleaned(scene: Scene, bad: Bad) -> tuple[Scene, list[dict]]:
     instances = bad.instances | (counts[scene.instance_mesh] == 0)
     if scene is whole and not notes and not instances.any():
         return scene, []
-    arrays, names = dict(scene.arrays), dict(scene.names)
+    arrays, names = dict(without_motion(scene, instances).arrays), dict(scene.names)
     drop_attributes(arrays, bad.triangles)
     drop_triangles(arrays, bad.triangles)
     drop_rows(arrays, names, "instances", "instance_", instances)
@@ -217,9 +219,12 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
     inside("worlds", "world_material", len(a["material_first"]) - 1, "material")
+    inside("instances", "instance_sets", LINK_SETS, "set of linked objects")
+    inside("spheres", "sphere_sets", LINK_SETS, "set of linked objects")
     inside("lights", "light_material", len(a["material_first"]), "material")
     inside("materials", "material_volume", len(a["material_first"]), "material")
     inside("worlds", "world_volume", len(a["material_first"]), "material")
+    problems += [Problem("error", scene.name_of(group, index), what) for group, index, what in motion_errors(scene)]
     if problems:
         return problems
     counts = np.diff(a["mesh_triangles"].astype(np.int64))
@@ -369,6 +374,7 @@ def bad_triangles(scene: Scene) -> np.ndarray:
     bad, threads = np.empty(len(scene.triangles), np.uint8), os.cpu_count() or 1
     _native.find_bad_triangles(scene.vertices, scene.triangles, threads, bad)
     bad = bad.view(bool)
+    mark_bad_shapes(scene, bad)
     if not _native.all_finite(scene.normals.reshape(-1), threads):
         bad |= bad_normals(scene)
     return bad

@@ -11,6 +11,7 @@ import numpy as np
 from isophote import _native
 from isophote.emission import arrays_of
 from isophote.lights import slots_of
+from isophote.motion import box_of_shapes, deforming, moving, swept_boxes
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import operations
@@ -57,20 +58,32 @@ def camera_reach(scene: Scene) -> float:
 
 
 def filled_objects(scene: Scene) -> Iterator[Filled]:
-    volume = scene.material_volume.astype(np.int64)
+    volume, moves, deforms = scene.material_volume.astype(np.int64), moving(scene), deforming(scene)
     for instance, mesh in enumerate(scene.instance_mesh):
         slots = int(scene.instance_slots[instance]) + np.unique(slots_of(scene, mesh))
         found = np.unique(volume[scene.slot_materials[slots]])
         if not found.any():
             continue
-        matrix = scene.instance_to_world[instance]
-        vertices = scene.vertices[scene.mesh_vertices[mesh]:scene.mesh_vertices[mesh + 1]].astype(np.float64)
-        placed = vertices @ matrix[:, :3].T + matrix[:, 3]
-        yield Filled(placed.min(axis=0), placed.max(axis=0), instance, found[found > 0] - 1)
+        low, high = world_box(scene, instance, mesh, moves[instance], deforms[mesh])
+        yield Filled(low, high, instance, found[found > 0] - 1)
     for sphere, (center, radius, material) in enumerate(zip(scene.sphere_center, scene.sphere_radius,
                                                             scene.sphere_material, strict=True)):
         if volume[material]:
             yield Filled(center - radius, center + radius, AROUND_SPHERE | sphere, volume[[material]] - 1)
+
+
+def world_box(scene: Scene, instance: int, mesh: int, moves: bool, deforms: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Corners f8 [3] of a box around an instance, at every time of the shutter where it moves or deforms."""
+    points = scene.vertices[scene.mesh_vertices[mesh]:scene.mesh_vertices[mesh + 1]].astype(np.float64)
+    if moves or deforms:
+        box = box_of_shapes(scene, mesh) if deforms else np.stack([points.min(axis=0), points.max(axis=0)])
+        points = np.stack([np.where([c & 1, c & 2, c & 4], box[1], box[0]) for c in range(8)])
+    if moves:
+        low, high = swept_boxes(scene, np.array([instance]), box[None].astype(np.float64))
+        return low[0], high[0]
+    matrix = scene.instance_to_world[instance]
+    placed = points @ matrix[:, :3].T + matrix[:, 3]
+    return placed.min(axis=0), placed.max(axis=0)
 
 
 def is_deeply_nested(scene: Scene) -> bool:

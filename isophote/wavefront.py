@@ -17,7 +17,7 @@ from isophote.records import numbers
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
 MEDIUM_COLUMNS, VOLUME_COLUMNS = 11, 18  # kernels/walk.h, volume.h
-KERNELS = ("generate", "extend", "travel", "shade", "complete", "connect", "accumulate")
+KERNELS = ("generate", "extend", "travel", "occlude", "shade", "complete", "connect", "accumulate")
 GROUP = 64  # work-items of a group
 # Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
 # H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
@@ -31,12 +31,16 @@ BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bo
 
 def path_columns(planes: Planes, features: int) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
-    walks, travels = (features & numbers()[name] for name in ("FEATURE_SUBSURFACE", "FEATURE_VOLUME"))
-    medium = {"reals": COLUMNS["reals"] + MEDIUM_COLUMNS} if walks else {}
-    cut = {"light_reals": COLUMNS["light_reals"] + 1, "results": COLUMNS["results"] + 2} if planes.clamps else {}
-    volumes = {"uints": COLUMNS["uints"] + VOLUME_COLUMNS,
-               "light_uints": COLUMNS["light_uints"] + 1 + VOLUME_COLUMNS} if travels else {}
-    return COLUMNS | medium | volumes | cut | {"columns": max(planes.columns, 1)}
+    n, made = numbers(), COLUMNS | {"columns": planes.columns}
+    names = ("FEATURE_MOTION", "FEATURE_SUBSURFACE", "FEATURE_LINKING", "FEATURE_VOLUME")
+    times, medium, linked, travels = (bool(features & n[name]) for name in names)
+    made["reals"] += MEDIUM_COLUMNS * medium + times
+    made["uints"] += VOLUME_COLUMNS * travels
+    made["light_reals"] += planes.clamps + times + linked
+    made["light_uints"] += (1 + VOLUME_COLUMNS) * travels
+    made["results"] += 2 * planes.clamps
+    made["columns"] = max(planes.columns + linked, 1)
+    return made
 
 
 def shade_group(device, cl) -> int:
@@ -55,6 +59,8 @@ class Wavefront:
         self.cl, self.queue, self.paths = cl, queue, paths
         self.completes = bool(features & numbers()["FEATURE_SHINES"])
         self.travels = bool(features & numbers()["FEATURE_VOLUME"])
+        self.occludes = "ambient_occlusion" in planes.groups
+        self.sees_behind = bool(features & numbers()["FEATURE_TRANSPARENT"])  # the camera, after its first ray
         context, flags = queue.context, cl.mem_flags
         self.buffers = {name: cl.Buffer(context, flags.READ_WRITE, 4 * columns * paths)
                         for name, columns in path_columns(planes, features).items()}
@@ -84,6 +90,8 @@ class Wavefront:
                                     b["light_queue"], self.counts, None)}
             if self.travels:
                 self.kernels["travel", parity] = (*scene, None, *path, *hit, *result, b[now], self.counts, None)
+            if self.occludes:
+                self.kernels["occlude", parity] = (*scene, None, *path, *hit, b["columns"], b[now], self.counts, None)
         self.kernels |= {
             ("connect", 0): (*scene, None, stride, *light, *result, b["light_queue"], self.counts, None),
             ("accumulate", 0): (None, stride, *result, None, None, None)}
@@ -110,10 +118,18 @@ class Wavefront:
               cancelled: Callable[[], bool]) -> bool:
         """Trace `samples` samples of pixels [first, first + pixels) of the region and add them to the film.
 
-        `params` and `film` are buffers; `bounces` is the largest number of vertices that a path may have. False where
-        cancelled: the film is then worth nothing.
+        `params`, one for each time that paths begin, and `film` are buffers; `bounces` is the largest number of
+        vertices that a path may have. False where cancelled: the film is then worth nothing.
         """
-        u, count = np.uint32, pixels * samples
+        for each in params:
+            if not self.trace_paths(each, first, pixels * samples, bounces, cancelled):
+                return False
+        self.launch("accumulate", pixels, params[0], film, np.uint32(first), np.uint32(pixels))
+        return not cancelled()
+
+    def trace_paths(self, params, first: int, count: int, bounces: int, cancelled: Callable[[], bool]) -> bool:
+        """Paths from the camera to their ends; as in trace."""
+        u = np.uint32
         looks = []
         self.launch("generate", count, params, u(first), u(count))
         alive = count
@@ -129,6 +145,8 @@ class Wavefront:
             self.launch("extend", alive, params, u(bounce), parity=parity, each=each)
             if self.travels:
                 self.launch("travel", alive, params, u(bounce), parity=parity)
+            if self.occludes and (bounce == 0 or self.sees_behind):
+                self.launch("occlude", alive, params, u(bounce), parity=parity)
             self.launch("shade", alive, params, u(bounce), parity=parity)
             if self.completes:
                 self.launch("complete", alive, params, u(bounce))
@@ -136,5 +154,4 @@ class Wavefront:
             looks.append(self.cl.enqueue_copy(self.queue, self.left[bounce:bounce + 1], self.counts,
                                               src_offset=8 * (bounce + 1), is_blocking=False))
             self.queue.flush()
-        self.launch("accumulate", pixels, params, film, u(first), u(pixels))
-        return not cancelled()
+        return True

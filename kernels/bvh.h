@@ -5,6 +5,7 @@
  * tree gives the same one. */
 #ifndef ISOPHOTE_BVH_H
 #define ISOPHOTE_BVH_H
+#include "motion.h"
 #include "sphere.h"
 #include "triangle.h"
 
@@ -105,6 +106,17 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
   return best;
 }
 
+#if SCENE_FEATURES & FEATURE_DEFORMATION
+/* A triangle of a mesh that deforms. Apart, as below, so that tracers of other scenes stay as small as they are. */
+FN_APART Hit hit_deforming(Scene s, uint primitive, uint instance, LocalRay space, Ray ray, Hit best) {
+  GLOBAL const uint *corner = &s.indices[3u * primitive];
+  Motion m = s.motions[instance];
+  TriangleHit h = triangle_hit(shape_at(s, m, m.first_shape, corner[0], ray.time), shape_at(s, m, m.first_shape, corner[1], ray.time),
+                               shape_at(s, m, m.first_shape, corner[2], ray.time), space.origin, space.direction, space.shear);
+  return keep_closer(best, h, instance, primitive, ray);
+}
+#endif
+
 FN Hit hit_sphere(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
   GLOBAL const Sphere *sphere = &s.spheres[index];
   if (!(sphere->visibility & ray.kind)) return best;
@@ -118,6 +130,22 @@ FN Hit hit_sphere(Scene s, uint index, LocalRay space, Ray ray, Hit best) {
   candidate.t = h.t_far;
   candidate.hit = h.hit & (h.t_far > REAL(0.0));
   return keep_closer(best, candidate, SPHERE_INSTANCE, index, ray);
+}
+
+#if SCENE_FEATURES & FEATURE_MOTION
+FN_APART LocalRay ray_in_moving(Scene s, uint instance, Ray ray) {
+  Placement m = placement_at(s, s.motions[instance], ray.time);
+  return make_local_ray(unplaced_point(m, ray.origin), unplaced_vector(m, ray.direction));
+}
+#endif
+
+/* The ray in the space of an instance. */
+FN LocalRay ray_in_instance(Scene s, uint instance, Ray ray) {
+#if SCENE_FEATURES & FEATURE_MOTION
+  if (in_motion(s, instance, SCENE_FEATURES & s.world[0].features)) return ray_in_moving(s, instance, ray);
+#endif
+  return make_local_ray(transform_point(s.instances[instance].to_object, ray.origin),
+                        transform_vector(s.instances[instance].to_object, ray.direction));
 }
 
 /* A ray on its way through the trees. Functions change it in place: to copy structs with vectors in them makes NVIDIA's
@@ -163,6 +191,10 @@ FN void pass_leaf(Walk *w, uint *stack, Scene s, int any) {
   uint kind = REF_KIND(w->ref), index = REF_INDEX(w->ref);
   if (kind == REF_TRIANGLES) {
     w->best = hit_triangles(s, index, w->instance, w->space, w->ray, w->best);
+#if SCENE_FEATURES & FEATURE_DEFORMATION
+  } else if (kind == REF_DEFORMING && w->instance != NONE) {
+    w->best = hit_deforming(s, index, w->instance, w->space, w->ray, w->best);
+#endif
   } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERE) {
     w->best = hit_sphere(s, index, w->space, w->ray, w->best);
   } else if ((SCENE_FEATURES & FEATURE_INSTANCES) && w->ref == REF_RETURN) {
@@ -172,8 +204,7 @@ FN void pass_leaf(Walk *w, uint *stack, Scene s, int any) {
              (!(SCENE_FEATURES & FEATURE_SUBSURFACE) || is_within(index, w->ray))) {
     stack[w->top++] = REF_RETURN;
     w->instance = index;
-    w->space = make_local_ray(transform_point(s.instances[index].to_object, w->ray.origin),
-                              transform_vector(s.instances[index].to_object, w->ray.direction));
+    w->space = ray_in_instance(s, index, w->ray);
     w->ref = s.instances[index].root;
     return;
   }

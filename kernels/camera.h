@@ -5,18 +5,7 @@
 #include "disk.h"
 #include "panorama.h"
 #include "ray.h"
-
-#define FILTER_STEPS 1024 /* the table has one entry more */
-#define SHUTTER_TABLE (FILTER_STEPS + 1) /* where the shutter's begins, which is as long */
-
-/* Offset from the pixel's centre in widths of the filter, drawn in proportion to the pixel filter (importance
- * sampling of the filter: Ernst, Stamminger and Greiner 2006); all samples then have equal weight. */
-FN real sample_filter(GLOBAL const float *table, real u) {
-  real x = u * REAL(1024.0);
-  int i = int_of(x);
-  real a = to_real(table[i]), b = to_real(table[i + 1]);
-  return a + (b - a) * (x - real_of(i));
-}
+#include "sampler.h"
 
 FN int has_lens(Camera c) { return (SCENE_FEATURES & FEATURE_LENS) && c.lens > 0.0f; }
 

@@ -1,7 +1,7 @@
 /* All of a material's program for one path, for devices whose lanes go through it instruction by instruction. */
 #ifndef ISOPHOTE_EVALUATE_H
 #define ISOPHOTE_EVALUATE_H
-#include "passes.h"
+#include "shadow_catcher.h"
 
 /* The whole BSDF in a direction, and where light is told apart by closures what parts of it those have. */
 typedef struct {

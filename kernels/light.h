@@ -262,8 +262,8 @@ FN LightSample sample_light(Light l, real3 p, real2 u, uint features) {
   return r;
 }
 
-/* A shadow ray that goes to the world skips this primitive of no instance, one that goes to a computed lamp this plus
- * the lamp's number. */
+/* A shadow ray that goes to the world skips this primitive of no instance, one that goes to a computed lamp, or where
+ * lights are linked to any, this plus the lamp's number. */
 #define TO_WORLD 0u
 #define TO_LAMP 1u
 FN int is_to_world(Ray ray) { return (ray.skip_instance == NONE) & (ray.skip_primitive == TO_WORLD); }
@@ -271,12 +271,53 @@ FN int is_to_lamp(Ray ray) {
   return (ray.skip_instance == NONE) & (ray.skip_primitive != TO_WORLD) & (ray.skip_primitive != NONE);
 }
 
+#if SCENE_FEATURES & FEATURE_MOTION
+/* A light as it is at a time: triangles are where their instances and vertices are then. What the light tree knows of them
+ * is of the middle of the shutter's time, as in Cycles. */
+FN Light light_at(Scene s, Light l, real time, uint features) {
+  if (l.kind != LIGHT_TRIANGLE || !(in_motion(s, l.instance, features) || in_deformation(s, l.instance, features))) return l;
+  GLOBAL const uint *corner = &s.indices[3u * l.primitive];
+  real3 v0 = vertex_at(s, l.instance, corner[0], time, features);
+  real3 e1 = vertex_at(s, l.instance, corner[1], time, features) - v0;
+  real3 e2 = vertex_at(s, l.instance, corner[2], time, features) - v0;
+  if (in_motion(s, l.instance, features)) {
+    Placement m = placement_at(s, s.motions[l.instance], time);
+    v0 = placed_point(m, v0);
+    e1 = placed_vector(m, e1);
+    e2 = placed_vector(m, e2);
+  } else {
+    GLOBAL const float *to_world = s.instances[l.instance].to_world;
+    v0 = transform_point(to_world, v0);
+    e1 = transform_vector(to_world, e1);
+    e2 = transform_vector(to_world, e2);
+  }
+  real3 n = cross3(e1, e2);
+  real length = sqrt(dot3(n, n));
+  n = n * (length > REAL(0.0) ? REAL(1.0) / length : REAL(0.0));
+  l.position = pack3(v0);
+  l.u = pack3(e1);
+  l.v = pack3(e2);
+  l.normal = pack3(n);
+  l.area = to_float(length * REAL(0.5));
+  return l;
+}
+#else
+FN Light light_at(Scene s, Light l, real time, uint features) { return l; }
+#endif
+
 /* Draws a point of the light at which a walk has arrived. The steps have stretched the number that they used:
  * `fine`, of its own, fills the digits that this has emptied. `bounces`: of a path that would run into it from here. */
-FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fine, uint bounces, uint features) {
+FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fine, uint bounces, real time, uint features) {
   real u_x = min_real(walk.u + fine * (REAL(5.9604644775390625e-8) / walk.chance), REAL(0.99999994));
   uint light = walk.at & ~CLUSTER_LIGHT; /* a single light is number 0, where walks start */
-  LightSample r = sample_light(s.lights[light], p, make_real2(u_x, u_y), features);
+  LightSample r;
+  if (features & FEATURE_MOTION) { /* a copy of the light, which keeps the loops of other scenes from vectorising */
+    Light l = light_at(s, s.lights[light], time, features);
+    r = sample_light(l, p, make_real2(u_x, u_y), features);
+    if (l.kind == LIGHT_TRIANGLE && !(l.area > 0.0f)) r.pdf = REAL(0.0);
+  } else {
+    r = sample_light(s.lights[light], p, make_real2(u_x, u_y), features);
+  }
   if (features & FEATURE_WORLD_LIGHT) {
     WorldSample w = sample_world(s, make_real2(u_x, u_y), features);
     int is_world = s.lights[light].kind == LIGHT_WORLD;
@@ -291,6 +332,14 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
   }
   r.pdf = r.pdf * walk.chance;
   if (features & FEATURE_LIGHT_LIMITS) r.pdf = is_beyond(s.lights[light], bounces) ? REAL(0.0) : r.pdf;
+  return r;
+}
+
+/* The sample of a light as a receiver of a set has it, in scenes with FEATURE_LINKING. */
+FN LightSample link_sample(Scene s, LightSample r, uint light, uint set) {
+  uint link = link_of_light(s, light);
+  r.pdf = is_in_mask(s.links[link].unlit, set) ? REAL(0.0) : r.pdf;
+  r.primitive = s.lights[light].kind < LIGHT_TRIANGLE ? TO_LAMP + light : r.primitive;
   return r;
 }
 
@@ -366,10 +415,10 @@ FN Surface make_lamp_surface(Light l, Ray ray, real t) {
 
 /* With which density light sampling would have drawn a ray's hit at distance t on an emissive triangle; 0 where
  * it never does. */
-FN real emission_pdf(Scene s, Hit h, Receiver from, real3 direction) {
+FN real emission_pdf(Scene s, Hit h, Receiver from, real3 direction, real time) {
   uint i = s.world[0].light_count > 0u ? find_triangle_light(s, h.instance, h.primitive) : 0u;
   if (i >= s.world[0].light_count) return REAL(0.0);
-  Light l = s.lights[i];
+  Light l = light_at(s, s.lights[i], time, SCENE_FEATURES & s.world[0].features);
   real cosine = fabs(dot3(load3(l.normal), direction));
   SphericalPolygon polygon = make_spherical_polygon(l, lit_part(l, from.p, 0u), from.p, 0u);
   return light_chance(s, l, from) * flat_light_pdf(to_real(l.area), polygon, h.t, cosine);

@@ -3,13 +3,14 @@
  * of Many Lights with Adaptive Tree Splitting", with the importance of pbrt-v4, section 12.6.3. */
 #ifndef ISOPHOTE_LIGHT_TREE_H
 #define ISOPHOTE_LIGHT_TREE_H
-#include "scene_buffers.h"
+#include "light_linking.h"
 
 /* Where light arrives: a point, and the side of its surface if light comes from one side only. */
 typedef struct {
   real3 p;
   real3 normal;
   int has_normal;
+  uint set; /* of its object, where lights are linked; else NONE */
 } Receiver;
 
 /* A normal in 14 bits, 7 for each octahedral coordinate (Cigolle et al. 2014); paths carry it in their status, so
@@ -41,6 +42,7 @@ FN Receiver make_receiver(real3 p, uint packed) {
   r.p = p;
   r.normal = normalize3(make_real3(x, y, z));
   r.has_normal = packed != RECEIVER_ALL;
+  r.set = NONE;
   return r;
 }
 
@@ -95,10 +97,17 @@ FN LightWalk start_walk(real u) {
   return w;
 }
 
+#define LIT_WHOLE REAL(65535.0) /* in lit_shares */
+
 /* Chance of the second of a pair. */
 FN real chance_of_second(Scene s, uint pair, Receiver at) {
   real first = cluster_importance(s.light_tree[2u * pair], at);
   real second = cluster_importance(s.light_tree[2u * pair + 1u], at);
+  if ((SCENE_FEATURES & FEATURE_LINKING) && at.set != NONE) {
+    uint sets = s.world[0].receiver_sets;
+    first = first * (real_of(s.lit_shares[2u * pair * sets + at.set]) * (REAL(1.0) / LIT_WHOLE));
+    second = second * (real_of(s.lit_shares[(2u * pair + 1u) * sets + at.set]) * (REAL(1.0) / LIT_WHOLE));
+  }
   real sum = first + second;
   return sum > REAL(0.0) ? second / sum : REAL(0.5);
 }

@@ -114,4 +114,20 @@ FN real panorama_pixel(Camera c, int kind, real3 d) {
 #define is_panorama(kind) 0
 #endif
 
+/* Where the camera sees a point of its own space (camera_space.h), in the numbers of its window; `direction` is p made
+ * unit. */
+FN real2 seen_by_camera(Camera c, real3 p, real3 direction) {
+  real scale = c.kind == CAMERA_PERSPECTIVE ? REAL(1.0) / p.z : REAL(1.0);
+  real2 seen = make_real2(p.x * scale, p.y * scale);
+#if SCENE_FEATURES & FEATURE_PANORAMA
+  if (is_panorama(c.kind)) seen = panorama_window(c, c.kind, direction);
+#endif
+  return seen;
+}
+/* The same from the lower left of the window, 0 to 1. */
+FN real2 share_of_window(Camera c, real2 seen) {
+  real left = to_real(c.left), bottom = to_real(c.bottom);
+  return make_real2((seen.x - left) / (to_real(c.right) - left), (seen.y - bottom) / (to_real(c.top) - bottom));
+}
+
 #endif

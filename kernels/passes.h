@@ -5,7 +5,9 @@
  * without such groups have none of it. */
 #ifndef ISOPHOTE_PASSES_H
 #define ISOPHOTE_PASSES_H
+#include "mattes.h"
 #include "stages.h"
+#include "vectors.h"
 
 #define GROUP_BIT(name) (1u << GROUP_##name)
 #define GROUPS_COLOR (GROUP_BIT(diffuse_color) | GROUP_BIT(glossy_color) | GROUP_BIT(transmission_color))
@@ -17,8 +19,8 @@
 /* Of the first surface that the path meets, and of those that it sees through transparent ones. */
 #define GROUPS_FIRST                                                                                     \
   (GROUP_BIT(depth) | GROUP_BIT(position) | GROUP_BIT(object_index) | GROUP_BIT(material_index) |        \
-   GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUP_BIT(uv))
-#define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist) | GROUPS_AOVS)
+   GROUP_BIT(normal) | GROUP_BIT(albedo) | GROUP_BIT(uv) | GROUP_BIT(vector))
+#define GROUPS_SEEN (GROUPS_FIRST | GROUPS_COLOR | GROUP_BIT(mist) | GROUPS_AOVS | GROUPS_MATTES)
 /* Of the first surface along the path that is not sharp. */
 #define GROUPS_DENOISING (GROUP_BIT(denoising_normal) | GROUP_BIT(denoising_albedo) | GROUP_BIT(denoising_depth))
 #define GROUPS_SURFACE (GROUPS_SEEN | GROUPS_DENOISING)
@@ -55,9 +57,10 @@ FN void add_to_plane(GLOBAL real *columns, uint stride, uint slot, uint groups, 
 FN uint first_guide(uint groups) {
   return planes_end(groups) - PLANES_COMBINED + (has_any(groups, GROUPS_SPLIT) ? SHARE_COLUMNS : 0u);
 }
-FN uint pass_columns(uint groups) {
+FN uint first_matte(uint groups) {
   return first_guide(groups) + (has_any(groups, GROUPS_DENOISING) ? GUIDE_COLUMNS : 0u);
 }
+FN uint pass_columns(uint groups) { return first_matte(groups) + matte_numbers(groups, MATTE_RECORDS); }
 
 /* What parts of light came by the diffuse and by the glossy closures of the path's first bounce; those that transmit
  * have the rest. Cycles' light passes are told apart so (kernel/film/light_passes.h). */
@@ -148,6 +151,15 @@ FN uint object_light_group(Scene s, Hit h) {
 FN uint drawn_light_group(Scene s, LightWalk walk) { return LIGHT_GROUP(s.lights[walk.at & ~CLUSTER_LIGHT].flags); }
 FN uint drawn_group_column(Params params) { return pass_columns(film_groups(params)) + uint_of(params.named_planes); }
 
+/* The set of the object at a path's last vertex, where lights are linked: in the column behind that. */
+FN uint link_column(Params params) {
+  return drawn_group_column(params) + (has_any(film_groups(params), GROUPS_LIGHT_GROUPS) ? 1u : 0u);
+}
+FN uint last_set(Scene s, Params params, GLOBAL const real *columns, uint stride, uint slot) {
+  if (!(SCENE_FEATURES & s.world[0].features & FEATURE_LINKING)) return NONE;
+  return uint_of(columns[link_column(params) * stride + slot]);
+}
+
 /* Where light comes from: a group, of what the camera sees itself, or one of these; and above eight bits its light
  * group, which of drawn light is in the path's column. */
 #define FROM_PATH 32u
@@ -236,6 +248,7 @@ FN void clear_columns(GLOBAL real *columns, uint stride, uint slot, Params param
   set_number(columns, stride, slot, groups, GROUP_depth, DEPTH_NOTHING);
   if (has_any(groups, GROUPS_DENOISING))
     for (uint k = 0u; k < GUIDE_COLUMNS; k++) columns[(first_guide(groups) + k) * stride + slot] = REAL(1.0);
+  if (has_any(groups, GROUPS_MATTES)) clear_mattes(columns + first_matte(groups) * stride + slot, stride, matte_kinds(groups));
 }
 
 /* How clear a place is in the mist of Blender's world (kernel/film/data_passes.h). */
@@ -270,6 +283,20 @@ FN real3 uv_of_surface(Scene s, Surface at, Path p, Hit h) {
 #endif
 }
 
+/* The Vector pass of a path, and that it has one. */
+FN void add_vector(GLOBAL real *columns, uint stride, uint groups, Scene s, Surface at, Path p, Hit h) {
+#if VECTORS_USED
+  if (!has_group(groups, GROUP_vector) || !s.world[0].vectors) return;
+  real4 v = motion_vector(s, at.p, h);
+  uint place = (plane_of(groups, GROUP_vector) - PLANES_COMBINED) * stride + p.slot;
+  columns[place] = v.x;
+  columns[place + stride] = v.y;
+  columns[place + 2u * stride] = v.z;
+  columns[place + 3u * stride] = v.w;
+  columns[place + 4u * stride] = REAL(1.0);
+#endif
+}
+
 /* AOV outputs, in columns behind all others. */
 FN void show_aovs(GLOBAL real *columns, uint stride, uint groups, Scene s, uint material, uint slot, const real *r) {
   uint count = s.world[0].aovs;
@@ -298,6 +325,7 @@ FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Mater
     int mean = bumps && dot3(a.normals, a.normals) > REAL(0.0);
     add_to_plane(columns, stride, p.slot, groups, GROUP_normal, mean ? normalize3(a.normals) : at.ns);
     add_to_plane(columns, stride, p.slot, groups, GROUP_albedo, a.albedo);
+    add_vector(columns, stride, groups, s, at, p, h);
     if (has_any(groups, GROUPS_AOVS)) show_aovs(columns, stride, groups, s, at.material, p.slot, r);
     if (has_group(groups, GROUP_uv)) add_to_plane(columns, stride, p.slot, groups, GROUP_uv, uv_of_surface(s, at, p, h));
   }
@@ -305,8 +333,12 @@ FN void show_seen(GLOBAL real *columns, uint stride, uint groups, Scene s, Mater
   add_to_plane(columns, stride, p.slot, groups, GROUP_diffuse_color, seen * a.diffuse);
   add_to_plane(columns, stride, p.slot, groups, GROUP_glossy_color, seen * a.glossy);
   add_to_plane(columns, stride, p.slot, groups, GROUP_transmission_color, seen * a.transmission);
+  if (!has_any(groups, GROUP_BIT(mist) | GROUPS_MATTES)) return;
+  real3 through = (m.flags & MATERIAL_TRANSPARENT) ? material_transparency(m, r) : zero3();
+  if (has_any(groups, GROUPS_MATTES))
+    show_matte(columns + first_matte(groups) * stride + p.slot, stride, groups, s, h, at.material,
+               average3(seen) * (REAL(1.0) - average3(through)));
   if (has_group(groups, GROUP_mist)) {
-    real3 through = (m.flags & MATERIAL_TRANSPARENT) ? material_transparency(m, r) : zero3();
     real alpha = average3(seen * saturate3(splat3(REAL(1.0)) - through));
     add_number(columns, stride, p.slot, groups, GROUP_mist, clear_of_mist(s, at.p) * alpha);
   }
@@ -358,8 +390,16 @@ FN void show_guides(GLOBAL real *columns, uint stride, uint groups, Scene s, Mat
   }
 }
 
+/* Whether nothing of a surface is left to be seen. */
+FN int is_held_out(Scene s, Material m, const real *r) {
+  if (!IS_USED(OP_HOLDOUT) || !(m.flags & MATERIAL_HOLDS_OUT)) return 0;
+  real3 share = held_share(s, m, r);
+  return (share.x == REAL(1.0)) & (share.y == REAL(1.0)) & (share.z == REAL(1.0));
+}
+
 FN void show_surface(GLOBAL real *columns, uint stride, uint groups, Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
   if (is_inside(p)) return; /* has shown where it went below */
+  if ((p.status & PATH_FROM_CAMERA) && is_held_out(s, m, r)) return;
   if (has_any(groups, GROUPS_SEEN) && path_bounce(p) == 0) show_seen(columns, stride, groups, s, m, at, p, h, r);
   if (has_any(groups, GROUPS_DENOISING)) show_guides(columns, stride, groups, s, m, at, p, h, r);
 }

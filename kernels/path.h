@@ -22,7 +22,8 @@
 /* Normal of the last vertex (light_tree.h, pack_normal), in the highest bits of status. */
 #define PATH_RECEIVER_SHIFT 18
 #define PATH_LAST_HIT 0x10000u    /* a bounce limit is reached: see what is hit, do not scatter */
-#define PATH_FROM_CAMERA 0x20000u /* has only passed transparent surfaces: its hit is what the pixel shows */
+#define PATH_CAUGHT 0x20000u      /* has met a catcher of shadows (shadow_catcher.h) */
+#define PATH_FROM_CAMERA RAY_CAMERA /* has only passed transparent surfaces: its hit is what the pixel shows */
 
 typedef struct {
 #define X(name) real name;
@@ -31,6 +32,9 @@ typedef struct {
 #define X(name) uint name;
   PATH_UINTS(X)
 #undef X
+#if SCENE_FEATURES & FEATURE_MOTION
+  real time; /* of the shutter; in a column of its own, which devices have only where something moves */
+#endif
 } Path;
 
 enum {
@@ -66,6 +70,19 @@ FN void store_path(GLOBAL real *reals, GLOBAL uint *uints, uint stride, uint i, 
 #undef X
 }
 
+FN Path path_at_time(Path p, real time) {
+#if SCENE_FEATURES & FEATURE_MOTION
+  p.time = time;
+#endif
+  return p;
+}
+FN real path_time(Path p) {
+#if SCENE_FEATURES & FEATURE_MOTION
+  return p.time;
+#else
+  return REAL(0.0);
+#endif
+}
 FN real3 path_throughput(Path p) { return make_real3(p.red, p.green, p.blue); }
 FN Path with_throughput(Path p, real3 t) {
   p.red = t.x;
@@ -85,7 +102,7 @@ FN Ray path_ray(Path p) {
     r.after_primitive = p.after_primitive;
   }
   r.kind = path_kind(p);
-  return r;
+  return ray_at(r, path_time(p));
 }
 FN Path with_ray(Path p, Ray r) {
   p.ox = r.origin.x;

@@ -23,6 +23,9 @@ typedef struct {
   uint skip_instance, skip_primitive; /* never hit: the light that a shadow ray goes to; NONE otherwise */
   uint within_instance, within_primitive; /* inside an object nothing else is hit; of spheres the second says which */
   uint kind;                          /* one RAY_ bit of RAY_ALL, and how it was made */
+#if SCENE_FEATURES & FEATURE_MOTION
+  real time; /* 0 when the shutter opens, 1 when it closes */
+#endif
 } Ray;
 
 FN Ray free_ray(real3 origin, real3 direction, real t_min, real t_max) {
@@ -38,7 +41,24 @@ FN Ray free_ray(real3 origin, real3 direction, real t_min, real t_max) {
   r.within_instance = NONE;
   r.within_primitive = NONE;
   r.kind = RAY_ALL;
+#if SCENE_FEATURES & FEATURE_MOTION
+  r.time = REAL(0.0);
+#endif
   return r;
+}
+
+FN Ray ray_at(Ray r, real time) {
+#if SCENE_FEATURES & FEATURE_MOTION
+  r.time = time;
+#endif
+  return r;
+}
+FN real ray_time(Ray r) {
+#if SCENE_FEATURES & FEATURE_MOTION
+  return r.time;
+#else
+  return REAL(0.0);
+#endif
 }
 
 typedef struct {
@@ -48,6 +68,7 @@ typedef struct {
 } Hit;
 
 #define SPHERE_INSTANCE (NONE - 1u)
+#define IN_VOLUME (NONE - 2u) /* of a path that is scattered by a volume on the way */
 
 FN Hit no_hit(real t_max) {
   Hit h;

@@ -82,4 +82,16 @@ FN real2 sample_bounce(uint seed, uint index, int bounce, uint pair) {
   return sample_pair(seed, index, PAIR_FIRST_BOUNCE + uint_of(bounce) * PAIRS_PER_BOUNCE + pair);
 }
 
+#define FILTER_STEPS 1024 /* the table has one entry more */
+#define SHUTTER_TABLE (FILTER_STEPS + 1) /* where the shutter's begins, which is as long */
+
+/* Offset from the pixel's centre in widths of the filter, drawn in proportion to the pixel filter (importance
+ * sampling of the filter: Ernst, Stamminger and Greiner 2006); all samples then have equal weight. */
+FN real sample_filter(GLOBAL const float *table, real u) {
+  real x = u * REAL(1024.0);
+  int i = int_of(x);
+  real a = to_real(table[i]), b = to_real(table[i + 1]);
+  return a + (b - a) * (x - real_of(i));
+}
+
 #endif

@@ -15,6 +15,9 @@
   X(ushort, slots, "material slot of each triangle; empty where all are 0")                    \
   X(Sphere, spheres, "")                                                                       \
   X(Instance, instances, "every instance of the scene")                                        \
+  X(Motion, motions, "of each instance; empty where none moves")                                \
+  X(Pose, poses, "of the instances that move")                                                  \
+  X(packed3, shapes, "vertices and normals of meshes that deform, in object space")             \
   X(uint, slot_materials, "material of each instance's slots")                                 \
   X(Material, materials, "")                                                                   \
   X(Instruction, instructions, "programs of the materials")                                    \
@@ -25,12 +28,15 @@
   X(float, attribute_values, "")                                                               \
   X(uint, instance_meshes, "mesh of each instance; empty where no step reads an attribute")      \
   X(float, instance_values, "what steps ask of each instance, by instance and column")         \
+  X(float, terminators, "cutoff of each instance that is smooth (terminator.h), else 0; empty where all are 0") \
   X(uint, light_groups, "of instances and spheres; empty where none has one")                  \
-  X(float, pass_indices, "of instances, spheres and materials; empty where all are 0")         \
+  X(float, pass_indices, "of instances, spheres and materials, then ids for Cryptomatte; either only where there are some") \
   X(Image, images, "")                                                                         \
   X(uint, texels, "of the images, in words of four bytes")                                      \
   X(Light, lights, "lamps, then emissive triangles")                                           \
   X(LightCluster, light_tree, "pairs of clusters: picks a light")                              \
+  X(Link, links, "of instances, spheres and lamps; empty where nothing is linked")             \
+  X(ushort, lit_shares, "of each cluster of light_tree and set of receivers: what part of its intensity lights them")  \
   X(float, world_map, "cumulated chances of its rows, then of the columns of each; empty where it is not drawn") \
   X(float, filter_table, "inverse CDFs of the pixel filter of width 1 and of the shutter")                 \
   X(float, albedo_tables, "directional albedos of microfacet closures (bsdf/albedo.h)")

@@ -13,6 +13,7 @@
 #define RAY_TRANSMISSION 8u
 #define RAY_SHADOW 16u
 #define RAY_ALL 31u
+#define CATCHER_SHIFT 10 /* objects that catch shadows have their visibility a second time, so much higher */
 #define RAY_INDIRECT 14u /* those that a surface sends on: diffuse, glossy, transmission */
 /* How the ray was made, beside its kind. */
 #define RAY_SINGULAR 32u /* by a mirror or by smooth glass */
@@ -43,6 +44,11 @@
 #define FEATURE_PANORAMA 1048576u /* a camera that is neither perspective nor orthographic */
 #define FEATURE_CAMERA_MOTION 2097152u /* the camera moves while its shutter is open */
 #define FEATURE_SUBSURFACE 4194304u /* light wanders about below some surface */
+#define FEATURE_MOTION 8388608u /* some instance moves, or its mesh deforms, while the shutter is open */
+#define FEATURE_DEFORMATION 16777216u /* some mesh deforms */
+#define FEATURE_TERMINATOR 33554432u /* rays from some smooth mesh to lights start above its triangles: terminator.h */
+#define FEATURE_CATCHERS 67108864u /* some object catches shadows */
+#define FEATURE_LINKING 134217728u /* some light does not light, or is not stopped by, all objects */
 #define FEATURE_VOLUME 268435456u /* something fills the world or the inside of an object */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
@@ -84,6 +90,7 @@ typedef struct {
 #define REF_TRIANGLES 1u /* a run of triangles that ends at the one marked LAST_IN_LEAF */
 #define REF_SPHERE 2u
 #define REF_INSTANCE 3u
+#define REF_DEFORMING REF_SPHERE /* in the tree of a mesh that deforms: the number of one triangle */
 #define REF_KIND(ref) ((ref) >> 30)
 #define REF_INDEX(ref) ((ref) & 0x3fffffffu)
 #define LAST_IN_LEAF 0x80000000u
@@ -112,6 +119,8 @@ typedef struct {
   uint material, visibility;
 } Sphere;
 
+#define VECTORS_CAMERA 1u
+#define VECTORS_MOTION 2u
 typedef struct {
   packed3 radiance; /* the same from all directions; where FEATURE_WORLD is set it counts for nothing */
   packed3 origin;   /* place of the scene's origin in Blender's world: for the Position pass */
@@ -131,13 +140,19 @@ typedef struct {
   float sun_chance; /* and how often it is drawn instead of the map */
   float mist_start, mist_scale; /* where mist begins, one over its depth: for the Mist pass */
   float mist_falloff;           /* exponent: 1, 2 or 0.5 */
+  float occlusion_distance;     /* within which surfaces occlude in the Ambient Occlusion pass */
   uint uv;                      /* attribute that the UV pass shows; NONE: black */
   uint aovs; /* AOV outputs of each material */
+  uint vectors; /* VECTORS_ of the Vector pass: what is known of the frames around; 0: nothing */
   uint light_group;   /* of the world */
   uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
   uint volume;          /* the material that fills the world; NONE: nothing does */
   uint camera_enclosed; /* 1: paths may begin in volumes of objects */
+  uint sphere_links, lamp_links; /* where those of spheres and of lamps begin in links */
+  uint receiver_sets; /* that lit_shares tells apart */
+  uint mattes; /* where ids for Cryptomatte begin in it, of objects and assets in turn; NONE: there are none */
+  uint sphere_mattes, material_mattes; /* how many instances there are before spheres; where those of materials begin */
 } World;
 
 /* Of triangles that lie in world space, mirrored on the way: the second and third corner change places, so that the
@@ -152,6 +167,23 @@ typedef struct {
   uint visibility;     /* kinds of rays | INSTANCE_ flags */
   uint first_normal;   /* a vertex's number and this add up, modulo 2^32, to that of its normal */
 } Instance;
+
+/* Of an instance: what there is of it while the shutter is open. One that moves, and one whose mesh deforms, has a tree
+ * of its own. */
+typedef struct {
+  uint first_pose, poses;    /* 0: it stays; else at least 2, evenly over the time */
+  uint first_shape, shapes;  /* likewise of its mesh; a vertex's number and first_shape add up, modulo 2^32, to its place
+                              * in the first shape, */
+  uint first_normal;         /* and its number and this to that of its normal, */
+  uint vertices;             /* and so many vertices on they have the next shape */
+} Motion;
+
+/* Where an instance is at a time: stretched by a symmetric matrix, turned by a quaternion (x, y, z, w), moved. */
+typedef struct {
+  float turn[4];
+  packed3 place;
+  packed3 diagonal, mixed; /* of the matrix; mixed: xy, xz, yz */
+} Pose;
 
 #define MATERIAL_EMITS 1u
 #define MATERIAL_TRANSPARENT 2u /* has an OP_TRANSPARENT: shadow rays pass in part */
@@ -289,6 +321,12 @@ typedef struct {
                            * of half the spread, and what makes up for it, 0 where there is none */
   uint trail;            /* bit d: which cluster of a pair it lies in, d steps below the light tree's root */
 } Light;
+
+/* What links an object or a lamp to others (light_linking.h). */
+typedef struct {
+  uint receiver, blocker;            /* sets that an object is in */
+  uint unlit[2], unblocked[2];       /* masks of sets of receivers that it does not light, of blockers that do not stop it */
+} Link;
 
 /* A cluster of the light tree (light_tree.h). Those at 2 k and 2 k + 1 are pair k; pair 0 is the root's. */
 #define CLUSTER_LIGHT 0x80000000u /* in child: a light's number follows, else that of a pair */

@@ -5,9 +5,10 @@
 #include "stages.h"
 
 /* Where a shadow ray ends on the emissive triangle that it goes to. */
-FN Hit find_lit_point(Scene s, Ray ray) {
+FN Hit find_lit_point(Scene s, Ray ray, uint features) {
   Hit h = no_hit(ray.t_max);
   Light l = s.lights[find_triangle_light(s, ray.skip_instance, ray.skip_primitive)];
+  l = light_at(s, l, ray_time(ray), features);
   real3 e1 = load3(l.u), e2 = load3(l.v), n = cross3(e1, e2);
   real3 p = ray.origin + ray.direction * ray.t_max - load3(l.position);
   real scale = REAL(1.0) / dot3(n, n);
@@ -25,7 +26,7 @@ FN Connection shine(Scene s, Params params, Connection c, uint features, real *r
   Ray ray = c.ray;
   ray.kind = 0u; /* to the program no ray has come: as in Cycles, which tells it PATH_RAY_EMISSION alone */
   int is_world = is_to_world(ray);
-  if ((features & FEATURE_LAMP_PROGRAMS) && is_to_lamp(ray)) {
+  if ((features & FEATURE_LAMP_PROGRAMS) && is_to_lamp(ray) && is_computed_lamp(s.lights[ray.skip_primitive - TO_LAMP])) {
     Light l = s.lights[ray.skip_primitive - TO_LAMP];
     real t = hit_lamp(l, ray, FAR_AWAY, 1, 0u, features).t;
     c.brought.light = c.brought.light * lamp_emission(s, l, ray, t, c.bounces + 1u, c.passed, r);
@@ -36,7 +37,7 @@ FN Connection shine(Scene s, Params params, Connection c, uint features, real *r
       h = background_hit(FAR_AWAY);
       at = make_background(s, ray.direction);
     } else {
-      h = find_lit_point(s, ray);
+      h = find_lit_point(s, ray, features);
       at = make_surface(s, ray, h, features);
     }
     Material m = s.materials[at.material];

@@ -7,6 +7,7 @@
 #include "path.h"
 #include "sampler.h"
 #include "scatter.h"
+#include "terminator.h"
 #include "walk.h"
 
 /* ---------------------------------------------------------------- generate */
@@ -31,8 +32,8 @@ FN Path generate_path(Scene s, Params params, int kind, int column, int row, uin
   p.seed = seed;
   p.index = sample >> 1;
   p.bounces = 0u;
-  p.status = RAY_CAMERA | PATH_FROM_CAMERA;
-  return p;
+  p.status = RAY_CAMERA;
+  return path_at_time(p, REAL(0.0));
 }
 
 /* ------------------------------------------------------------------- shade */
@@ -68,9 +69,19 @@ FN Brought clamp_light(Params params, real3 light, int bounce) {
 /* Luminance cut off: with the picture's own it is that of the picture without clamping. */
 FN real cut_luminance(Brought b) { return luminance(b.light) * b.cut; }
 
-/* What the path's last vertex knew when it chose a light. */
-FN Receiver path_receiver(Path p) {
-  return make_receiver(make_real3(p.ox, p.oy, p.oz), p.status >> PATH_RECEIVER_SHIFT);
+/* What the path's last vertex knew when it chose a light; `set`: of its object, NONE where lights are not linked. */
+FN Receiver path_receiver(Path p, uint set) {
+  Receiver r = make_receiver(make_real3(p.ox, p.oy, p.oz), p.status >> PATH_RECEIVER_SHIFT);
+  r.set = set;
+  return r;
+}
+
+/* Whether light that a path has run into counts for its last vertex. The camera sees all. Where a light is not stopped by
+ * all objects, what lies behind a transparent one is left to connections (Connection.alone). */
+FN int is_lit_by(Scene s, uint link, Path p, uint set) {
+  if (!(SCENE_FEATURES & FEATURE_LINKING) || set == NONE || (path_kind(p) & RAY_CAMERA)) return 1;
+  int left = (p.pdf > REAL(0.0)) & (p.after_instance != NONE) && is_shadow_linked(s, link);
+  return !(is_in_mask(s.links[link].unlit, set) | left);
 }
 
 /* Transparent surfaces that the path has passed. */
@@ -90,19 +101,20 @@ FN real3 lamp_emission(Scene s, Light l, Ray ray, real t, uint bounces, uint pas
   return material_emission(m, r);
 }
 
-/* Light that reaches the path's ray from lamp l, which find_lamp has found. */
-FN Brought see_lamp(Scene s, Params params, Light l, Path p, LightHit seen, real *r) {
-  real weight = REAL(1.0);
+/* Light that reaches the path's ray from a lamp, which find_lamp has found; `set` as in path_receiver. */
+FN Brought see_lamp(Scene s, Params params, uint lamp, Path p, uint set, LightHit seen, real *r) {
+  Light l = s.lights[lamp];
+  real weight = is_lit_by(s, link_of_lamp(s, lamp), p, set) ? REAL(1.0) : REAL(0.0);
   if ((SCENE_FEATURES & FEATURE_LAMP_PROGRAMS) && (l.flags & LIGHT_COMPUTED)) {
     uint bounces = p.bounces ? p.bounces : 1u; /* what a drawn lamp is told, one more than its receiver, is never 0 */
     seen.radiance = seen.radiance * lamp_emission(s, l, path_ray(p), seen.t, bounces, uint_of(path_passed(p)), r);
   }
-  if (p.pdf > REAL(0.0)) weight = mis_weight(p.pdf, seen.pdf * light_chance(s, l, path_receiver(p)));
+  if (p.pdf > REAL(0.0)) weight = weight * mis_weight(p.pdf, seen.pdf * light_chance(s, l, path_receiver(p, set)));
   return clamp_light(params, path_throughput(p) * seen.radiance * weight, path_bounce(p) - 1);
 }
 
 /* Light from the world where nothing is hit; transparent film leaves it to the compositor. */
-FN Brought see_world(Scene s, Params params, Path p, const real *r) {
+FN Brought see_world(Scene s, Params params, Path p, uint set, const real *r) {
   World w = s.world[0];
   real3 radiance = load3(w.radiance);
   real weight = REAL(1.0);
@@ -111,7 +123,7 @@ FN Brought see_world(Scene s, Params params, Path p, const real *r) {
   if ((features & FEATURE_WORLD_LIGHT) && p.pdf > REAL(0.0)) {
     Light as_light = s.lights[w.lamp_count - 1u];
     real drawn = pdf_world(s, make_real3(p.dx, p.dy, p.dz), features);
-    weight = mis_weight(p.pdf, drawn * light_chance(s, as_light, path_receiver(p)));
+    weight = mis_weight(p.pdf, drawn * light_chance(s, as_light, path_receiver(p, set)));
   }
   real3 light = path_throughput(p) * radiance * weight;
   int hidden = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
@@ -119,31 +131,37 @@ FN Brought see_world(Scene s, Params params, Path p, const real *r) {
   return clamp_light(params, select3(hidden, zero3(), light), path_bounce(p) - 1);
 }
 
-/* What a path that leaves the scene takes away from the pixel's alpha. */
-FN real lost_alpha(Params params, Path p) {
-  int seen = params.film_transparent & ((p.status & PATH_FROM_CAMERA) != 0u);
+/* What a path takes away from the pixel's alpha where it shows nothing: with a transparent film beyond the scene. */
+FN real lost_alpha(int shows_nothing, Path p) {
+  int seen = shows_nothing & ((p.status & PATH_FROM_CAMERA) != 0u);
   return seen ? (p.red + p.green + p.blue) * REAL(0.33333334) : REAL(0.0);
 }
 
-/* What holdouts take of it. */
-FN real held_alpha(Scene s, Params params, Material m, Path p, const real *r) {
+/* What part of a surface is held out. */
+FN real3 held_share(Scene s, Material m, const real *r) {
   real3 share = zero3();
   for (uint k = 0u; k < m.count; k++) {
     Instruction i = s.instructions[m.first + k];
     if (i.op == OP_HOLDOUT) share = share + closure_of(i, r).weight;
   }
-  return lost_alpha(params, with_throughput(p, path_throughput(p) * share));
+  return share;
+}
+
+/* What that takes of the pixel's alpha, with an opaque film too, as in Cycles. */
+FN real held_alpha(Scene s, Material m, Path p, const real *r) {
+  return lost_alpha(1, with_throughput(p, path_throughput(p) * held_share(s, m, r)));
 }
 
 /* Light that the surface itself emits, weighted against drawing the same point as a light. */
-FN Brought see_emission(Scene s, Params params, Material m, Path p, Hit h, const real *r) {
+FN Brought see_emission(Scene s, Params params, Material m, Path p, uint set, Hit h, const real *r) {
   int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);
   real light_pdf = REAL(0.0);
-  if (compete) light_pdf = emission_pdf(s, h, path_receiver(p), make_real3(p.dx, p.dy, p.dz));
+  if (compete) light_pdf = emission_pdf(s, h, path_receiver(p, set), make_real3(p.dx, p.dy, p.dz), path_time(p));
   real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
   real3 light = path_throughput(p) * material_emission(m, r) * weight;
   if ((SCENE_FEATURES & FEATURE_LIGHT_LIMITS) && h.instance != SPHERE_INSTANCE)
     light = select3(is_hidden(RAY_INDIRECT & ~s.instances[h.instance].visibility, path_kind(p)), zero3(), light);
+  if (!is_lit_by(s, link_of_object(s, h.instance, h.primitive), p, set)) light = zero3();
   return clamp_light(params, light, path_bounce(p) - 1);
 }
 
@@ -163,12 +181,13 @@ typedef struct {
   Brought brought;
   uint passed;  /* path_passed: shadow rays count on from there */
   uint bounces; /* the path's */
+  real alone;   /* where lights are linked: what undoes that rays that run into the light are weighed against it */
 } Connection;
 
 FN int is_dark(real3 light) { return (light.x == REAL(0.0)) & (light.y == REAL(0.0)) & (light.z == REAL(0.0)); }
 
-FN Ray shadow_ray(real3 origin, real3 direction, real distance, uint instance, uint primitive) {
-  Ray r = free_ray(origin, direction, REAL(0.0), distance);
+FN Ray shadow_ray(real3 origin, real3 direction, real distance, uint instance, uint primitive, real time) {
+  Ray r = ray_at(free_ray(origin, direction, REAL(0.0), distance), time);
   r.skip_instance = instance;
   r.skip_primitive = primitive;
   r.kind = RAY_SHADOW;
@@ -184,8 +203,14 @@ FN Connection connect_light(Params params, Surface at, LightSample light, BsdfVa
   c.brought = clamp_light(params, select3(useful, brought, zero3()), path_bounce(p));
   c.passed = uint_of(path_passed(p));
   c.bounces = p.bounces;
-  c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive);
+  c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive,
+                     path_time(p));
   return c;
+}
+
+/* No ray runs into a light behind an object that does not stop it: there the connection counts in full. */
+FN real weight_alone(LightSample light, BsdfValue value) {
+  return light.can_be_hit ? REAL(1.0) / mis_weight(light.pdf, value.pdf) : REAL(1.0);
 }
 
 /* Whether paths have reached the bounce limits: bit k for the k-th of LIMITS. */
@@ -253,7 +278,7 @@ FN Scattered scatter_path(Params params, Surface at, uint material_flags, Path p
   q.after_primitive = transparent | enters ? h.primitive : NONE;
   q.pdf = transparent ? p.pdf : (delta ? REAL(0.0) : value.pdf);
   q.bounces = bounces;
-  uint flags = (p.status & (transparent ? PATH_FROM_CAMERA : 0u)) | (last ? PATH_LAST_HIT : 0u);
+  uint flags = (p.status & PATH_CAUGHT) | (last ? PATH_LAST_HIT : 0u);
   uint receiver = transparent ? p.status >> PATH_RECEIVER_SHIFT : receiver_normal(at, material_flags);
   q.status = (transparent ? path_kind(p) : kind) | (passed << 8) | flags | (receiver << PATH_RECEIVER_SHIFT);
   r.path = q;
@@ -281,6 +306,18 @@ FN uint ending_limits(Params params, Material m, Path p) {
   return m.count ? reached_limits(params, p.bounces, passed) : 0u;
 }
 
+/* ------------------------------------------------------------------- trace */
+
+/* Whether paths begin a second time (shadow_catcher.h), and rays of those that see catchers of shadows alone. */
+FN int is_alone(Params params) { return (SCENE_FEATURES & FEATURE_CATCHERS) && params.catching == CATCHING_ALONE; }
+FN Ray among_catchers(Ray r, int alone) {
+  r.kind = alone ? (r.kind & RAY_ALL) << CATCHER_SHIFT : r.kind;
+  return r;
+}
+FN Ray traced_ray(Params params, Path p) {
+  return among_catchers(path_ray(p), is_alone(params) && (p.status & PATH_CAUGHT));
+}
+
 /* ----------------------------------------------------------------- connect */
 
 /* A shadow ray on its way in a scene with transparent surfaces. */
@@ -291,6 +328,7 @@ typedef struct {
   uint bounces; /* the path's */
   int going;
   int limited; /* only the limit has stopped it */
+  int alone;   /* it has gone through something on the way to a light that some objects do not stop */
 } Shadow;
 
 FN Shadow make_shadow(Ray ray, uint passed, uint bounces) {
@@ -301,6 +339,19 @@ FN Shadow make_shadow(Ray ray, uint passed, uint bounces) {
   d.passed = passed;
   d.going = 1;
   d.limited = 0;
+  d.alone = 0;
+  return d;
+}
+
+/* The link of the light to which a shadow ray goes, NONE where it has none. */
+FN uint aimed_link(Scene s, Ray ray) {
+  return is_to_lamp(ray) ? link_of_lamp(s, ray.skip_primitive - TO_LAMP) : ray.skip_instance;
+}
+
+FN Shadow behind_hit(Shadow d, Hit h) {
+  d.ray.t_min = h.t;
+  d.ray.after_instance = h.instance;
+  d.ray.after_primitive = h.primitive;
   return d;
 }
 
@@ -309,6 +360,12 @@ FN Shadow make_shadow(Ray ray, uint passed, uint bounces) {
 FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features, real *r) {
   d.going = 0;
   if (h.instance == NONE) return d;
+  uint link = features & FEATURE_LINKING ? aimed_link(s, d.ray) : NONE;
+  if (link != NONE && is_shadow_linked(s, link)) {
+    d.alone = 1;
+    d.going = is_in_mask(s.links[link].unblocked, s.links[link_of_object(s, h.instance, h.primitive)].blocker);
+    if (d.going) return behind_hit(d, h);
+  }
   Surface at = make_surface(s, d.ray, h, features);
   Material m = s.materials[at.material];
   int transparent = (m.flags & MATERIAL_TRANSPARENT) != 0u;
@@ -317,10 +374,7 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features, re
   if (d.going) compute_values(s, m, m.shadow_steps, at, d.ray, h, d.bounces + 1u, d.passed, r);
   d.kept = d.going ? d.kept * material_transparency(m, r) : zero3();
   d.passed++;
-  d.ray.t_min = h.t;
-  d.ray.after_instance = h.instance;
-  d.ray.after_primitive = h.primitive;
-  return d;
+  return behind_hit(d, h);
 }
 
 /* A shadow ray's whole way: in scenes without transparent surfaces all of the light arrives or none. */
@@ -328,16 +382,18 @@ FN Shadow trace_connection(Scene s, Params params, Connection c, uint features, 
   Ray ray = c.ray;
   Shadow d = make_shadow(ray, c.passed, c.bounces);
   if (!(features & FEATURE_TRANSPARENT)) {
-    Hit h = trace(s, ray, 1);
+    Hit h = trace(s, among_catchers(ray, is_alone(params)), 1);
     d.kept = select3(h.instance == NONE, splat3(REAL(1.0)), zero3());
     return d;
   }
-  while (d.going) d = pass_shadow(s, params, d, trace(s, d.ray, 0), features, r);
+  while (d.going) d = pass_shadow(s, params, d, trace(s, among_catchers(d.ray, is_alone(params)), 0), features, r);
   return d;
 }
 
-FN Brought behind_shadow(Brought b, Shadow d) {
+/* alone: as in Connection. */
+FN Brought behind_shadow(Brought b, Shadow d, real alone) {
   b.light = b.light * d.kept;
+  if (SCENE_FEATURES & FEATURE_LINKING) b.light = b.light * (d.alone ? alone : REAL(1.0));
   return b;
 }
 

@@ -30,6 +30,27 @@ FN real3 face_viewer(real3 ns, real3 wo) {
   return select3(lift > REAL(0.0), bent, ns);
 }
 
+#if SCENE_FEATURES & FEATURE_MOTION
+/* How much a placement makes of errors, which are not negative. */
+FN Placement error_placement(Placement m) {
+  m.x = abs3(m.x);
+  m.y = abs3(m.y);
+  m.z = abs3(m.z);
+  m.stretch = abs_stretch(m.stretch);
+  m.back = abs_stretch(m.back);
+  return m;
+}
+
+/* How far off in the world the point p of a moving instance is, which was off by `error` in its own space and was hit at
+ * t. The ray there is off by the roundings of its way; how well the stretch's inverse is one says p's way to and fro. */
+FN real3 placed_error(Placement m, Placement size, real3 error, real3 p, Ray ray, real t) {
+  real3 reach = abs3(ray.origin) + abs3(m.place) + abs3(ray.direction) * t;
+  real3 again = abs3(unplaced_vector(m, placed_vector(m, p)) - p) * REAL(2.0);
+  error = error + again + (unplaced_vector(size, reach) + abs3(p) * REAL(2.0)) * (REAL(8.0) * ROUNDING);
+  return placed_vector(size, error) + abs3(m.place) * (REAL(4.0) * ROUNDING);
+}
+#endif
+
 /* Of a hit. */
 FN uint hit_material(Scene s, Hit h, uint features) {
   if ((features & FEATURE_SPHERES) && h.instance == SPHERE_INSTANCE) return s.spheres[h.primitive].material;
@@ -74,7 +95,9 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     GLOBAL const uint *corner = &s.indices[3u * h.primitive];
     uint swap = (instance->visibility & INSTANCE_MIRRORED) ? 1u : 0u;
     uint i0 = corner[0], i1 = corner[1u + swap], i2 = corner[2u - swap];
-    real3 v0 = load3(s.vertices[i0]), v1 = load3(s.vertices[i1]), v2 = load3(s.vertices[i2]);
+    real time = ray_time(ray);
+    real3 v0 = vertex_at(s, h.instance, i0, time, features), v1 = vertex_at(s, h.instance, i1, time, features);
+    real3 v2 = vertex_at(s, h.instance, i2, time, features);
     real b0 = REAL(1.0) - h.u - h.v;
     r.p = v0 * b0 + v1 * h.u + v2 * h.v;
     error = (abs3(v0) * fabs(b0) + abs3(v1) * fabs(h.u) + abs3(v2) * fabs(h.v)) * (REAL(8.0) * ROUNDING);
@@ -87,10 +110,34 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     real3 off_plane = abs3(across) * fabs(dot3(across, r.p - v0));
     if (features & FEATURE_SMOOTH) {
       uint first = instance->first_normal;
-      if (instance->visibility & INSTANCE_SMOOTH)
+      int smooth = (instance->visibility & INSTANCE_SMOOTH) != 0u;
+      if (smooth)
         ns = load3(s.normals[first + i0]) * b0 + load3(s.normals[first + i1]) * h.u + load3(s.normals[first + i2]) * h.v;
+#if SCENE_FEATURES & FEATURE_DEFORMATION
+      if (smooth && in_deformation(s, h.instance, features)) {
+        Motion m = s.motions[h.instance];
+        ns = shape_at(s, m, m.first_normal, i0, time) * b0 + shape_at(s, m, m.first_normal, i1, time) * h.u +
+             shape_at(s, m, m.first_normal, i2, time) * h.v;
+      }
+#endif
     }
-    if ((features & FEATURE_INSTANCES) && instance->root != NONE) {
+#if SCENE_FEATURES & FEATURE_MOTION
+    int moves = in_motion(s, h.instance, features);
+    if (moves) {
+      Placement m = placement_at(s, s.motions[h.instance], time);
+      Placement size = error_placement(m);
+      error = placed_error(m, size, error, r.p, ray, h.t);
+      off_plane = placed_vector(size, off_plane);
+      r.p = placed_point(m, r.p);
+      e1 = placed_vector(m, e1);
+      e2 = placed_vector(m, e2);
+      ng = placed_normal(m, ng);
+      ns = placed_normal(m, ns);
+    }
+#else
+    int moves = 0;
+#endif
+    if ((features & FEATURE_INSTANCES) && !moves && instance->root != NONE) {
       GLOBAL const float *out = instance->to_world;
       GLOBAL const float *in = instance->to_object;
       /* The object-space ray was off by the rounding of its own transform, and the two matrices, as they

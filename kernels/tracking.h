@@ -101,16 +101,14 @@ FN Shadow shade_shadow(Scene s, Params params, Shadow d, Volumes *v, Hit h, uint
   }
   Surface at = make_surface(s, d.ray, h, features);
   Material m = s.materials[at.material];
-  if (!(m.flags & (MATERIAL_BOUNDARY | MATERIAL_TRANSPARENT))) {
+  if (!(m.flags & (MATERIAL_BOUNDARY | MATERIAL_TRANSPARENT)) && !(features & FEATURE_LINKING)) {
     d.kept = zero3();
     return d;
   }
   d.kept = d.kept * kept_on_way(s, v, k, g, d.ray.t_min, max_real(end - d.ray.t_min, REAL(0.0)), &v->draws, r);
   if (m.flags & MATERIAL_BOUNDARY) {
     d.going = 1;
-    d.ray.t_min = h.t;
-    d.ray.after_instance = h.instance;
-    d.ray.after_primitive = h.primitive;
+    d = behind_hit(d, h);
   } else {
     d = pass_shadow(s, params, d, h, features, r);
   }

@@ -27,7 +27,7 @@ __kernel void travel(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, RESULT_P
   uint number = get_global_id(0);
   if (number >= counts[2u * bounce]) return;
   uint i = queue[number];
-  Path p = load_path(reals, uints, stride, i);
+  Path p = load_whole_path(reals, uints, stride, i);
   if (is_inside(p)) return;
   Hit h = load_hit(hit_reals, hit_uints, stride, i);
   Volumes v;
@@ -43,7 +43,8 @@ __kernel void travel(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, RESULT_P
         LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
         if (seen.hit)
           add_result(results, columns, stride, p.slot, params,
-                     see_lamp(s, params, s.lights[l], path_to_lamp(s, k, g, p, seen, &v, registers), seen, registers),
+                     see_lamp(s, params, l, path_to_lamp(s, k, g, p, seen, &v, registers),
+                              last_set(s, params, columns, stride, p.slot), seen, registers),
                      seen_from(p, GROUP_emission, LIGHT_GROUP(s.lights[l].flags)));
       }
     }
@@ -55,7 +56,7 @@ __kernel void travel(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, RESULT_P
     p = r.path;
     h = r.hit;
     crosses = crosses_boundary(s, &p, h, &v, SCENE_FEATURES);
-    if (crosses) h = trace(s, path_ray(p), 0);
+    if (crosses) h = trace(s, traced_ray(params, p), 0);
   }
   store_path(reals, uints, stride, i, p);
   store_hit(hit_reals, hit_uints, stride, i, h);
@@ -81,17 +82,23 @@ FN Shaded shade_volume(Scene s, Params params, Path p, Hit h, GLOBAL const uint 
     real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
     LightWalk walk = start_walk(u.x);
     Receiver receiver = make_receiver(at.p, RECEIVER_ALL);
+    if (SCENE_FEATURES & FEATURE_LINKING) receiver.set = receiver_set(s, h);
     for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
     if (has_any(groups, GROUPS_LIGHT_GROUPS))
       columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
-    LightSample light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
+    LightSample light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, path_time(p), SCENE_FEATURES);
+    if (is_away(s, params, light)) light.pdf = REAL(0.0);
+    if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
-    r.connection = connect_light(params, at, light, phases_towards(&lobes, before, light), p);
+    BsdfValue towards = phases_towards(&lobes, before, light);
+    r.connection = connect_light(params, at, light, towards, p);
+    if (SCENE_FEATURES & FEATURE_LINKING) r.connection.alone = weight_alone(light, towards);
     r.connected = !is_dark(r.connection.brought.light);
   }
   real3 direction = sample_phases(&lobes, before, u_choice.y, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
   Scattered on = scatter_in_volume(params, at, p, direction, eval_phases(&lobes, before, direction),
                                    sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
+  if (SCENE_FEATURES & FEATURE_LINKING) columns[link_column(params) * stride + p.slot] = real_of(receiver_set(s, h));
   r.path = on.path;
   r.alive = on.alive;
   return r;
@@ -125,6 +132,6 @@ FN Shadow connect_in_volumes(Scene s, Params params, Connection c, GLOBAL uint *
   Volumes v;
   load_volumes(volumes_of_connections(light_uints, stride), stride, i, &v);
   Shadow d = make_shadow(c.ray, c.passed, light_uints[CONNECTION_BOUNCES * stride + i]);
-  while (d.going) d = shade_shadow(s, params, d, &v, trace(s, d.ray, 0), SCENE_FEATURES, r);
+  while (d.going) d = shade_shadow(s, params, d, &v, trace(s, among_catchers(d.ray, is_alone(params)), 0), SCENE_FEATURES, r);
   return d;
 }

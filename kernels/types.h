@@ -15,6 +15,14 @@ typedef struct {
   float x, y, z;
 } packed3;
 
+FN packed3 pack3(real3 v) {
+  packed3 p;
+  p.x = to_float(v.x);
+  p.y = to_float(v.y);
+  p.z = to_float(v.z);
+  return p;
+}
+
 /* A macro: reads the three scalars where they lie, which a vectorised loop turns into gathers. */
 #define load3(p) make_real3(to_real((p).x), to_real((p).y), to_real((p).z))
 

@@ -14,8 +14,6 @@
 #define SCATTERING_ALPHA 1
 #define SEED_VOLUME 0x510e527fu
 #define RAY_OF_VOLUME RAY_DIFFUSE /* the kind of a ray that volumes have scattered */
-/* Instance of the hit of a path that is scattered by a volume. */
-#define IN_VOLUME (NONE - 2u)
 
 /* What a path is in, in the order in which it has come in; functions change it in place. */
 typedef struct {

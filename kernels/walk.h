@@ -165,6 +165,7 @@ FN Flight draw_flight(Medium original, Walker w, uint number, uint seed, uint in
 FN Ray ray_of_flight(Path p, Medium m, Walker w, Flight f, uint number) {
   real least = min_of3(m.extinction);
   Ray ray = free_ray(w.origin, f.direction, REAL(0.0), number == 0u ? max_real(f.length, REAL(10.0) / least) : f.length);
+  ray = ray_at(ray, path_time(p));
   ray.within_instance = p.after_instance;
   ray.within_primitive = p.after_primitive;
   return ray;

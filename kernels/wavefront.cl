@@ -3,8 +3,8 @@
  * Paths lie in structures of arrays, a column a path; queues hold the columns of those that live.
  * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
  * stay on the device. A launch has at least as many work-items as its queue is long.
- * The host defines SCENE_FEATURES, CLOSURES_USED, GROUPS_USED and CLAMPS, so that what scene and film lack is not
- * compiled.
+ * The host defines SCENE_FEATURES, CLOSURES_USED, GROUPS_USED, CLAMPS and, for films with it, OCCLUSION, so that what
+ * scene and film lack is not compiled.
  * limits[k] counts the paths of a pass that the k-th bounce limit has ended; behind are the 64-bit sums of passes. */
 #include "evaluate.h"
 #include "shine.h"
@@ -25,6 +25,16 @@
 #define RESULT_ARGUMENTS results, columns, limits
 #define QUEUE_PARAMETERS GLOBAL const uint *queue, GLOBAL uint *next_queue, GLOBAL uint *light_queue, GLOBAL uint *counts
 
+/* A path's time has a column of its own, behind its medium. */
+#define TIME_COLUMN (PATH_REAL_COUNT + (SCENE_FEATURES & FEATURE_SUBSURFACE ? MEDIUM_COLUMNS : 0))
+#if SCENE_FEATURES & FEATURE_MOTION
+FN Path load_whole_path(PATH_PARAMETERS, uint i) {
+  return path_at_time(load_path(reals, uints, stride, i), reals[TIME_COLUMN * stride + i]);
+}
+#else
+#define load_whole_path load_path
+#endif
+
 FN void store_hit(HIT_PARAMETERS, uint stride, uint i, Hit h) {
   hit_reals[i] = h.t;
   hit_reals[stride + i] = h.u;
@@ -43,6 +53,8 @@ FN Hit load_hit(HIT_PARAMETERS, uint stride, uint i) {
   return h;
 }
 
+#define LIGHT_TIME_COLUMN (CLAMPS ? 11u : 10u)
+#define LIGHT_ALONE_COLUMN (LIGHT_TIME_COLUMN + (SCENE_FEATURES & FEATURE_MOTION ? 1u : 0u))
 FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   light_reals[i] = c.ray.origin.x;
   light_reals[stride + i] = c.ray.origin.y;
@@ -55,6 +67,10 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
   light_reals[8u * stride + i] = c.brought.light.y;
   light_reals[9u * stride + i] = c.brought.light.z;
   if (CLAMPS) light_reals[10u * stride + i] = c.brought.cut;
+#if SCENE_FEATURES & FEATURE_MOTION
+  light_reals[LIGHT_TIME_COLUMN * stride + i] = c.ray.time;
+#endif
+  if (SCENE_FEATURES & FEATURE_LINKING) light_reals[LIGHT_ALONE_COLUMN * stride + i] = c.alone;
   light_uints[i] = c.ray.skip_instance;
   light_uints[stride + i] = c.ray.skip_primitive;
   light_uints[2u * stride + i] = c.passed | c.bounces << 8; /* without those of transmission: the others tell */
@@ -62,12 +78,17 @@ FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
 
 FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
   Connection c;
+  real time = REAL(0.0);
+#if SCENE_FEATURES & FEATURE_MOTION
+  time = light_reals[LIGHT_TIME_COLUMN * stride + i];
+#endif
   c.ray = shadow_ray(make_real3(light_reals[i], light_reals[stride + i], light_reals[2u * stride + i]),
                      make_real3(light_reals[3u * stride + i], light_reals[4u * stride + i], light_reals[5u * stride + i]),
-                     light_reals[6u * stride + i], light_uints[i], light_uints[stride + i]);
+                     light_reals[6u * stride + i], light_uints[i], light_uints[stride + i], time);
   c.brought.light =
       make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
   c.brought.cut = CLAMPS ? light_reals[10u * stride + i] : REAL(0.0);
+  c.alone = SCENE_FEATURES & FEATURE_LINKING ? light_reals[LIGHT_ALONE_COLUMN * stride + i] : REAL(1.0);
   c.passed = light_uints[2u * stride + i] & 255u;
   uint bounces = light_uints[2u * stride + i] >> 8, all = bounces & 255u;
   c.bounces = bounces | (all - (bounces >> 8 & 255u) - (bounces >> 16)) << 24;
@@ -77,11 +98,18 @@ FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
 
 /* `columns` are those of passes.h, `from` as there. */
 FN void add_result(GLOBAL real *results, GLOBAL real *columns, uint stride, uint slot, Params params, Brought b, uint from) {
+  int caught = catches(params) ? catch_light(columns, stride, slot, params, b.light) : GOES_ON;
+  if (caught == NOWHERE) return;
   results[slot] += b.light.x;
   results[stride + slot] += b.light.y;
   results[2u * stride + slot] += b.light.z;
   if (CLAMPS) results[(4u + uint_of(b.indirect)) * stride + slot] += cut_luminance(b);
-  if (has_any(film_groups(params), GROUPS_LIGHT)) add_light_passes(columns, stride, slot, params, b, from);
+  if (has_any(film_groups(params), GROUPS_LIGHT) && caught == GOES_ON) add_light_passes(columns, stride, slot, params, b, from);
+}
+
+FN void lose_alpha(GLOBAL real *results, GLOBAL real *columns, uint stride, uint slot, Params params, real lost) {
+  if (catches(params)) lose_matte(columns, stride, slot, params, lost);
+  if (!is_alone(params)) results[3u * stride + slot] -= lost;
 }
 
 FN void count_limits(GLOBAL uint *limits, uint reached) {
@@ -110,15 +138,10 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
   Params params = params_buffer[0];
   uint pixel = first_pixel + slot / params.samples;
   uint sample = params.first_sample + slot % params.samples;
-  results[slot] = REAL(0.0);
-  results[stride + slot] = REAL(0.0);
-  results[2u * stride + slot] = REAL(0.0);
-  results[3u * stride + slot] = REAL(1.0);
-  if (CLAMPS) {
-    results[4u * stride + slot] = REAL(0.0);
-    results[5u * stride + slot] = REAL(0.0);
+  if (!is_alone(params)) {
+    for (uint c = 0u; c < (CLAMPS ? 6u : 4u); c++) results[c * stride + slot] = c == 3u ? REAL(1.0) : REAL(0.0);
+    clear_columns(columns, stride, slot, params);
   }
-  clear_columns(columns, stride, slot, params);
   uint row = pixel / uint_of(params.width);
   int x = int_of(pixel - row * uint_of(params.width)), y = int_of(row);
   if (params.listed) {
@@ -131,6 +154,13 @@ FN Path start_path(Scene s, GLOBAL const Params *params_buffer, GLOBAL real *res
 #if SCENE_FEATURES & FEATURE_CAMERA_MOTION
   p = move_with_camera(s, p);
 #endif
+#if SCENE_FEATURES & FEATURE_MOTION
+  p.time = shutter_time(s, p.seed, p.index);
+#endif
+  if (is_alone(params) && !begins_again(columns, stride, slot, params)) {
+    p = with_throughput(p, zero3());
+    p.t_max = REAL(0.0); /* hits nothing */
+  }
   return p;
 }
 
@@ -140,9 +170,13 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   uint i = get_global_id(0);
   for (uint k = i; k < counts_length; k += get_global_size(0)) counts[k] = k ? 0u : count;
   if (i >= count) return;
-  store_path(reals, uints, stride, i, start_path(s, params_buffer, results, columns, stride, first_pixel, i));
+  Path p = start_path(s, params_buffer, results, columns, stride, first_pixel, i);
+  store_path(reals, uints, stride, i, p);
+#if SCENE_FEATURES & FEATURE_MOTION
+  reals[TIME_COLUMN * stride + i] = p.time;
+#endif
 #if SCENE_FEATURES & FEATURE_VOLUME
-  begin_in_volumes(s, load_path(reals, uints, stride, i), uints, stride, i);
+  begin_in_volumes(s, p, uints, stride, i);
 #endif
   queue[i] = i;
 }
@@ -181,8 +215,8 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   for (uint k = share.first + uint_of(get_local_id(0)); k < share.end;) {
     if (w.ref == NONE) {
       i = queue[k];
-      Path p = load_path(reals, uints, stride, i);
-      Ray ray = path_ray(p);
+      Path p = load_whole_path(reals, uints, stride, i);
+      Ray ray = traced_ray(params, p);
       way.inside = is_inside(p);
       if (way.inside) {
         start_way(&way, p, load_medium(reals + PATH_REAL_COUNT * stride, stride, i));
@@ -207,9 +241,13 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   }
 }
 
+#ifdef OCCLUSION
+#include "occlude.cl"
+#endif
+
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
-  add_result(results, columns, stride, p.slot, params, see_world(s, params, p, r), seen_from(p, GROUP_environment, s.world[0].light_group));
-  results[3u * stride + p.slot] -= lost_alpha(params, p);
+  add_result(results, columns, stride, p.slot, params, see_world(s, params, p, last_set(s, params, columns, stride, p.slot), r), seen_from(p, GROUP_environment, s.world[0].light_group));
+  lose_alpha(results, columns, stride, p.slot, params, lost_alpha(params.film_transparent, p));
 }
 
 FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, uint stride) {
@@ -223,7 +261,8 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
       if (!(s.lights[l].size_u > 0.0f)) continue;
       LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
       if (seen.hit)
-        add_result(results, columns, stride, p.slot, params, see_lamp(s, params, s.lights[l], p, seen, registers),
+        add_result(results, columns, stride, p.slot, params,
+                   see_lamp(s, params, l, p, last_set(s, params, columns, stride, p.slot), seen, registers),
                    seen_from(p, GROUP_emission, LIGHT_GROUP(s.lights[l].flags)));
     }
   }
@@ -237,6 +276,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     at = make_background(s, make_real3(p.dx, p.dy, p.dz));
     h = background_hit(h.t);
   } else {
+    p = meet_catcher(columns, stride, s, params, p, h);
     at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
   }
   Material m = s.materials[at.material];
@@ -250,11 +290,12 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   }
   uint groups = film_groups(params);
   if (m.flags & MATERIAL_EMITS)
-    add_result(results, columns, stride, p.slot, params, see_emission(s, params, m, p, h, registers),
+    add_result(results, columns, stride, p.slot, params,
+               see_emission(s, params, m, p, last_set(s, params, columns, stride, p.slot), h, registers),
                seen_from(p, GROUP_emission, has_any(groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u));
-  if (has_any(groups, GROUPS_SURFACE)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
+  if (has_any(groups, GROUPS_SURFACE) && !is_alone(params)) show_surface(columns, stride, groups, s, m, at, p, h, registers);
   if (IS_USED(OP_HOLDOUT) && (m.flags & MATERIAL_HOLDS_OUT))
-    results[3u * stride + p.slot] -= held_alpha(s, params, m, p, registers);
+    lose_alpha(results, columns, stride, p.slot, params, held_alpha(s, m, p, registers));
   if (p.status & PATH_LAST_HIT) {
     count_limits(limits, ending_limits(params, m, p));
     Scattered passed = pass_transparent(params, m, p, h, registers);
@@ -298,22 +339,28 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
     real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
     LightWalk walk = start_walk(u.x);
     Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+    if (SCENE_FEATURES & FEATURE_LINKING) receiver.set = receiver_set(s, h);
     for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
     if (has_any(groups, GROUPS_LIGHT_GROUPS))
       columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
-    light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, SCENE_FEATURES);
+    light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, path_time(p), SCENE_FEATURES);
+    if (is_away(s, params, light)) light.pdf = REAL(0.0);
+    if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
   }
 
   /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
    * their code twice shading took a tenth longer on an H200 and compiled for 0.8 s more. */
   int split = has_any(groups, GROUPS_SPLIT) && path_bounce(p) == 0;
+  int lifts = (SCENE_FEATURES & FEATURE_TERMINATOR) != 0u;
   Evaluated next, of_light;
   next.value = make_value(zero3(), REAL(0.0));
   next.parts = no_shares();
 #pragma unroll 1
   for (int turn = lit ? 0 : 1; turn < 2; turn++) {
     of_light = next;
-    next = evaluate_material(s, m, diffuse, at, choice, wo_world, turn ? direction : light.direction,
+    Surface side = at;
+    if (lifts && !turn) side.ng = light_side(s, at, h.instance);
+    next = evaluate_material(s, m, diffuse, side, choice, wo_world, turn ? direction : light.direction,
                              turn ? 0u : light.hidden, registers, split);
   }
   if (split) {
@@ -323,12 +370,16 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   if (lit) {
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
     r.connection = connect_light(params, at, light, of_light.value, p);
+    if (SCENE_FEATURES & FEATURE_LINKING) r.connection.alone = weight_alone(light, of_light.value);
     r.connected = !is_dark(r.connection.brought.light);
+    if (lifts && r.connected) r.connection.ray = lifted_ray(s, at, h, r.connection.ray);
   }
   Scattered on = scatter_path(params, at, m.flags, p, h, sample, direction, weight, choice, next.value,
                               sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
   r.path = on.path;
   r.alive = on.alive;
+  if ((SCENE_FEATURES & FEATURE_LINKING) && !(sample.label & LABEL_TRANSPARENT))
+    columns[link_column(params) * stride + p.slot] = real_of(receiver_set(s, h));
   if ((SCENE_FEATURES & FEATURE_SUBSURFACE) && is_inside(on.path)) {
     Entrance e = make_entrance(closure_of(chosen, registers), at.ns);
     r.path = with_throughput(on.path, path_throughput(on.path) * e.weight);
@@ -355,7 +406,7 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   uint i = 0u, at_alive = 0u, at_connected = 0u;
   if (k < counts[2u * bounce]) {
     i = queue[k];
-    Path p = load_path(reals, uints, stride, i);
+    Path p = load_whole_path(reals, uints, stride, i);
     Hit h = load_hit(hit_reals, hit_uints, stride, i);
 #if SCENE_FEATURES & FEATURE_VOLUME
     Shaded r = h.instance == IN_VOLUME ? shade_volume(s, params, p, h, uints, columns, stride)
@@ -423,12 +474,12 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PA
 #else
         Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
 #endif
-        add_result(results, columns, stride, i, params, behind_shadow(c.brought, d), FROM_LIGHT);
+        add_result(results, columns, stride, i, params, behind_shadow(c.brought, d, c.alone), FROM_LIGHT);
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);
         continue;
       }
-      begin_walk(&w, stack, s, c.ray);
+      begin_walk(&w, stack, s, among_catchers(c.ray, is_alone(params)));
     }
     go_on(&w, stack, s, 1, next < share.end ? COMPANY : 0u);
     if (w.ref == NONE) {
@@ -438,46 +489,4 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PA
   }
 }
 
-/* Adds the samples of each pixel to the film in the order of their numbers; those that are no numbers count as 0. */
-__kernel void accumulate(GLOBAL const Params *params_buffer, uint stride, RESULT_PARAMETERS, GLOBAL float *sums,
-                         uint first_pixel, uint pixels) {
-  Params params = params_buffer[0];
-  uint k = get_global_id(0);
-  if (k < LIMITS) { /* one work-item each: totals with a carry */
-    uint total = limits[LIMITS + k] + limits[k];
-    limits[2u * LIMITS + k] += total < limits[k] ? 1u : 0u;
-    limits[LIMITS + k] = total;
-    limits[k] = 0u;
-  }
-  if (k >= pixels) return;
-  uint plane = uint_of(params.width) * uint_of(params.height), groups = film_groups(params);
-  uint at = first_pixel + k;
-  uint first_sample = params.first_sample + (params.listed ? listed_pixels(params_buffer)[at].first : 0u);
-  for (uint n = 0u; n < params.samples; n++) {
-    uint slot = k * params.samples + n, sample = first_sample + n;
-    uint first = (PLANE_COMBINED + 4u * (sample & 1u)) * plane + at;
-    int valid = 1;
-    for (uint c = 0u; c < (CLAMPS ? 6u : 4u); c++) valid &= is_addable(results[c * stride + slot]);
-    if (valid) {
-      for (uint c = 0u; c < 4u; c++) sums[first + c * plane] += results[c * stride + slot];
-      if (CLAMPS)
-        for (uint c = 0u; c < 2u; c++)
-          sums[(uint_of(params.cut_plane) + 2u * (sample & 1u) + c) * plane + at] += results[(4u + c) * stride + slot];
-    }
-    int lit = valid;
-    for (uint a = PLANES_COMBINED; a < planes_end(groups); a++) {
-      real value = columns[(a - PLANES_COMBINED) * stride + slot];
-      valid &= is_addable(value);
-      if (plane_takes(groups, a, sample) & is_addable(value) & (lit | (a < first_light_plane(groups))))
-        sums[a * plane + at] += value;
-    }
-    if (has_any(groups, GROUPS_AOVS | GROUPS_LIGHT_GROUPS)) {
-      for (int a = 0; a < params.named_planes; a++) {
-        real value = columns[(pass_columns(groups) + uint_of(a)) * stride + slot];
-        valid &= is_addable(value);
-        if (is_addable(value) & (lit | (a < params.light_plane))) sums[(planes_end(groups) + uint_of(a)) * plane + at] += value;
-      }
-    }
-    if (!valid) sums[PLANE_INVALID * plane + at] += 1.0f;
-  }
-}
+#include "accumulate.cl"

@@ -16,6 +16,7 @@ constexpr uint SCATTERED_BY_VOLUMES = NONE - 1u;
 struct Columns {
   real *reals;
   uint *uints;
+  const real *times; /* by slot; nullptr where nothing moves */
 };
 
 /* Scratch memory of one thread; every array is a column of CAPACITY values. */
@@ -54,6 +55,7 @@ struct Batch {
   /* connections */
   alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
   alignas(64) real connection_cut[CAPACITY]; /* where light is clamped */
+  alignas(64) real alone[CAPACITY]; /* Connection.alone */
   /* where light is told apart by closures: the BSDF without the closure under way, and parts of it (Shares) */
   alignas(64) real before_r[CAPACITY], before_g[CAPACITY], before_b[CAPACITY];
   alignas(64) real diffuse_r[CAPACITY], diffuse_g[CAPACITY], diffuse_b[CAPACITY];
@@ -66,6 +68,7 @@ struct Batch {
 
   /* Values of materials, a column a register: of the surfaces being shaded, and of those that shadow rays meet. */
   std::vector<real> registers, shadow_registers;
+  std::vector<real> times; /* of paths, by slot, where the scene has FEATURE_MOTION */
   std::vector<real> media; /* of paths inside an object, where the scene has FEATURE_SUBSURFACE */
   std::vector<uint> volumes; /* by slot, kernels/volume.h, where it has FEATURE_VOLUME; then also of `shadows`: */
   std::vector<Volumes> shadow_volumes;
@@ -77,7 +80,7 @@ struct Batch {
   uint64_t limits[LIMITS] = {};     /* paths that each bounce limit has ended */
   std::vector<uint> bins;
 
-  Columns columns() { return {path_reals[current], path_uints[current]}; }
+  Columns columns() { return {path_reals[current], path_uints[current], times.empty() ? nullptr : times.data()}; }
 };
 
 /* What paths that meet a material do there: they scatter, or have had their last bounce; and of materials with subsurface
@@ -111,12 +114,19 @@ FN void store_hit(Batch &b, uint i, const Hit &h) {
 
 static void add_light(Batch &__restrict b, Params params, uint i, Brought brought, uint from) {
   uint slot = b.columns().uints[PATH_UINT_slot * CAPACITY + i];
+  int caught = catches(params) ? catch_light(b.slot_columns.data(), CAPACITY, slot, params, brought.light) : GOES_ON;
+  if (caught == NOWHERE) return;
   b.red[slot] += brought.light.x;
   b.green[slot] += brought.light.y;
   b.blue[slot] += brought.light.z;
   if (params.cut_plane) b.cut[brought.indirect][slot] += cut_luminance(brought);
-  if (has_any(params.groups, GROUPS_LIGHT))
+  if (has_any(params.groups, GROUPS_LIGHT) && caught == GOES_ON)
     add_light_passes(b.slot_columns.data(), CAPACITY, slot, params, brought, from);
+}
+
+static void lose_alpha(Batch &__restrict b, Params params, uint slot, real lost) {
+  if (catches(params)) lose_matte(b.slot_columns.data(), CAPACITY, slot, params, lost);
+  if (!is_alone(params)) b.alpha[slot] -= lost;
 }
 
 FN Brought load_brought(Batch &b, Params params, uint i) {
@@ -156,14 +166,18 @@ FN void store_surface(Batch &__restrict b, uint i, Surface at) {
   b.backfacing[i] = at.backfacing;
 }
 
-FN Point load_point(const Batch &b, Columns c, uint i) {
+FN Path path_at(Columns c, uint i) {
   Path p = load_path(c.reals, c.uints, CAPACITY, i);
+  return path_at_time(p, c.times ? c.times[p.slot] : REAL(0.0));
+}
+
+FN Point load_point(const Batch &b, Columns c, uint i) {
+  Path p = path_at(c, i);
   return make_point(load_surface(b, i, 0), path_ray(p), load_hit(b, i), p.bounces, uint_of(path_passed(p)));
 }
 
 FN real3 shading_normal(const Batch &b, uint i) { return make_real3(b.nsx[i], b.nsy[i], b.nsz[i]); }
 
-FN Path path_at(Columns c, uint i) { return load_path(c.reals, c.uints, CAPACITY, i); }
 FN real3 local_wo(Columns c, Frame frame, uint i) {
   return to_local(frame, make_real3(-c.reals[PATH_REAL_dx * CAPACITY + i], -c.reals[PATH_REAL_dy * CAPACITY + i],
                                     -c.reals[PATH_REAL_dz * CAPACITY + i]));
@@ -172,8 +186,9 @@ FN real3 local_wo(Columns c, Frame frame, uint i) {
 /* The rays of the first paths in order; their hits go to the batch's columns. */
 struct PathRays {
   Batch &b;
+  Params params;
   Columns columns;
-  Ray ray(uint i) const { return path_ray(path_at(columns, b.order[i])); }
+  Ray ray(uint i) const { return traced_ray(params, path_at(columns, b.order[i])); }
   void store(uint i, const Hit &h) { store_hit(b, b.order[i], h); }
 };
 

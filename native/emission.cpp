@@ -34,7 +34,7 @@ void evaluate_emission(const void *const *scene, const unsigned *ids, const floa
                        int threads, float *radiance) {
   Scene s = make_scene(scene, nullptr);
   evaluate_each(n, threads, radiance, [&](long k, real *registers) {
-    Ray ray = free_ray(zero3(), vector_at(directions, k), 0.0f, FAR_AWAY);
+    Ray ray = ray_at(free_ray(zero3(), vector_at(directions, k), 0.0f, FAR_AWAY), 0.5f); /* the shutter's middle */
     ray.kind = 0u;
     bool is_world = ids[2 * k] == NONE;
     Hit h = background_hit(FAR_AWAY);

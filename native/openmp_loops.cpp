@@ -37,10 +37,6 @@ FN_APART void generate_paths(Batch &__restrict b, Scene s, Params params, const 
     uint pixel = i / samples, sample = first_sample + i - pixel * samples;
     Path p = generate_path(s, params, KIND, part.column[pixel], part.row[pixel], part.first[pixel] + sample, i);
     store_path(b.path_reals[0], b.path_uints[0], CAPACITY, i, p);
-    b.red[i] = REAL(0.0);
-    b.green[i] = REAL(0.0);
-    b.blue[i] = REAL(0.0);
-    b.alpha[i] = REAL(1.0);
   }
 }
 
@@ -48,6 +44,14 @@ FN_APART void move_paths(Batch &__restrict b, Scene s) {
   FOR_PATHS(i, 0, b.count) {
     Path p = move_with_camera(s, load_path(b.path_reals[0], b.path_uints[0], CAPACITY, i));
     store_path(b.path_reals[0], b.path_uints[0], CAPACITY, i, p);
+  }
+}
+
+FN_APART void time_paths(Batch &__restrict b, Scene s) {
+  real *__restrict times = b.times.data();
+  FOR_PATHS(i, 0, b.count) {
+    Path p = load_path(b.path_reals[0], b.path_uints[0], CAPACITY, i);
+    times[i] = shutter_time(s, p.seed, p.index);
   }
 }
 
@@ -63,6 +67,13 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
   b.count = part.pixels * samples;
   functions[s.camera[0].kind](b, s, params, part, first_sample, samples);
   if (s.camera[0].poses) move_paths(b, s);
+  if (!b.times.empty()) time_paths(b, s);
+}
+
+/* What paths have brought so far. */
+static void clear_results(Batch &__restrict b, Params params) {
+  for (real *light : {b.red, b.green, b.blue}) std::fill(light, light + b.count, REAL(0.0));
+  std::fill(b.alpha, b.alpha + b.count, REAL(1.0));
   if (params.cut_plane)
     for (real *cut : b.cut) std::fill(cut, cut + b.count, REAL(0.0));
   if (params.groups)
@@ -71,14 +82,14 @@ static void generate_batch(Batch &__restrict b, Scene s, Params params, const Pa
 
 /* ------------------------------------------------------------------ extend */
 
-static void extend_batch(Batch &b, Scene s, Walkers *walkers, Rays kind) {
+static void extend_batch(Batch &b, Scene s, Params params, Walkers *walkers, Rays kind) {
   uint living = 0;
   for (uint i = 0; i < b.count; i++) {
     b.order[living] = i;
     living += b.alive[i] && !(walkers && is_inside(path_at(b.columns(), i)));
   }
   b.closest += living;
-  PathRays rays{b, b.columns()};
+  PathRays rays{b, params, b.columns()};
   trace_all(s, rays, living, 0, kind);
   if (walkers) walk_batch(b, s, *walkers);
 }
@@ -152,7 +163,7 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
                              float *sums) {
   size_t plane = size_t(params.width) * size_t(params.height);
   uint groups = params.groups, end = planes_end(groups), first_light = first_light_plane(groups);
-  /* AOV outputs, light groups and what clamping cuts off lie behind the groups; the latter `total` has at its end. */
+  /* AOV outputs, light groups, what clamping cuts off, which `total` has at its end, and mattes lie behind the groups. */
   uint named = uint(params.named_planes), cuts = params.cut_plane ? PLANES_CUT : 0u;
   for (uint pixel = 0; pixel < part.pixels; pixel++) {
     float total[MOST_PLANES];
@@ -186,6 +197,9 @@ static void accumulate_batch(const Batch &b, Params params, const Part &part, ui
         valid &= is_addable(value);
         if (is_addable(value) & (lit | int(a < uint(params.light_plane)))) own[(end + a) * plane] += to_float(value);
       }
+      if (has_any(groups, GROUPS_MATTES))
+        add_mattes(own + first_matte_plane(params) * plane, uint(plane), b.slot_columns.data() + first_matte(groups) * CAPACITY + slot,
+                   CAPACITY, params.matte_rows, matte_kinds(groups));
       if (!valid) total[PLANE_INVALID] += 1.0f;
     }
     for (uint p = 0; p < end; p++) own[p * plane] = total[p];
@@ -235,24 +249,46 @@ struct Cut {
   }
 };
 
+/* A batch's paths from the camera to their ends; false where cancelled. */
+static bool trace_paths(Batch &__restrict b, Scene s, Params params, std::vector<Group> &groups, Walkers *walkers,
+                        const std::atomic<int> *cancelled) {
+  for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
+    if (cancelled->load(std::memory_order_relaxed)) return false;
+    extend_batch(b, s, params, walkers, kind);
+    if (s.world[0].features & FEATURE_VOLUME) travel_batch(b, s, params);
+    sort_batch(b, s, walkers, groups);
+    std::fill(b.alive, b.alive + b.count, 1u);
+    shade_batch(b, s, params, groups);
+    if (walkers) enter_objects(b, s, groups);
+  }
+  return true;
+}
+
+/* New paths live, in the volumes that are around them. */
+static void begin_batch(Batch &__restrict b, Scene s) {
+  if (s.world[0].features & FEATURE_VOLUME) begin_in_volumes(b, s);
+  std::fill(b.alive, b.alive + b.count, 1u);
+}
+
 static void render_part(Batch &__restrict b, Scene s, Params params, const Part &part, float *sums,
                         std::vector<Group> &groups, Walkers *walkers, const std::atomic<int> *cancelled) {
   uint step = std::max(1u, CAPACITY / part.pixels);
+  bool catching = (s.world[0].features & FEATURE_CATCHERS) && has_group(params.groups, GROUP_shadow_catcher);
   for (uint done = 0; done < params.samples; done += step) {
-    uint samples = std::min(step, params.samples - done);
-    generate_batch(b, s, params, part, params.first_sample + done, samples);
-    if (s.world[0].features & FEATURE_VOLUME) begin_in_volumes(b, s);
-    std::fill(b.alive, b.alive + b.count, 1u);
-    for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
-      if (cancelled->load(std::memory_order_relaxed)) return;
-      extend_batch(b, s, walkers, kind);
-      if (s.world[0].features & FEATURE_VOLUME) travel_batch(b, s, params);
-      sort_batch(b, s, walkers, groups);
-      std::fill(b.alive, b.alive + b.count, 1u);
-      shade_batch(b, s, params, groups);
-      if (walkers) enter_objects(b, s, groups);
+    uint samples = std::min(step, params.samples - done), first = params.first_sample + done;
+    params.catching = catching ? CATCHING_FIRST : CATCHING_NONE;
+    generate_batch(b, s, params, part, first, samples);
+    clear_results(b, params);
+    begin_batch(b, s);
+    if (!trace_paths(b, s, params, groups, walkers, cancelled)) return;
+    if (catching) {
+      params.catching = CATCHING_ALONE;
+      generate_batch(b, s, params, part, first, samples);
+      begin_batch(b, s);
+      for (uint i = 0; i < b.count; i++) b.alive[i] = uint(begins_again(b.slot_columns.data(), CAPACITY, i, params));
+      if (!trace_paths(b, s, params, groups, walkers, cancelled)) return;
     }
-    accumulate_batch(b, params, part, params.first_sample + done, samples, sums);
+    accumulate_batch(b, params, part, first, samples, sums);
   }
 }
 
@@ -265,10 +301,11 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     FlushGuard guard;
     auto batch = std::make_unique<Batch>();
     make_registers(*batch, s);
-    batch->slot_columns.resize(size_t(drawn_group_column(cut.params) + 1) * CAPACITY);
+    batch->slot_columns.resize(size_t(link_column(cut.params) + 1) * CAPACITY);
     auto part = std::make_unique<Part>();
     std::vector<Group> groups;
     std::unique_ptr<Walkers> walkers;
+    if (s.world[0].features & FEATURE_MOTION) batch->times.resize(CAPACITY);
     if (s.world[0].features & FEATURE_SUBSURFACE) {
       walkers = std::make_unique<Walkers>();
       batch->media.resize(size_t(MEDIUM_COLUMNS) * CAPACITY);

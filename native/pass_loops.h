@@ -1,5 +1,6 @@
 /* The loops that fill planes beside Combined's (kernels/passes.h). Included once a variant. */
 #pragma once
+#include "../kernels/occlusion.h"
 #include "value_loops.h"
 
 namespace isophote {
@@ -46,11 +47,39 @@ FN BsdfSample load_sample(const Batch &b, uint i) {
                      b.label[i], b.valid[i]);
 }
 
+static void meet_catchers(Batch &__restrict b, Scene s, Params params, Group g) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = meet_catcher(b.slot_columns.data(), CAPACITY, s, params, path_at(columns, i), load_hit(b, i));
+    columns.uints[PATH_UINT_status * CAPACITY + i] = p.status;
+  }
+}
+
 static void show_surfaces(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++)
     show_surface(b.slot_columns.data(), CAPACITY, params.groups, s, m, load_surface(b, i, g.material), path_at(columns, i),
                  load_hit(b, i), registers_at(b, i));
+}
+
+/* Rays from surfaces that the camera sees to what is around them. */
+static void show_occlusions(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
+  Columns columns = b.columns();
+  uint count = 0;
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    if (!is_seen(p, load_hit(b, i))) continue;
+    Connection c = connect_surroundings(s, m, load_surface(b, i, g.material), p, registers_at(b, i));
+    b.key[count] = p.slot;
+    b.cr[count] = c.brought.light.x;
+    b.cg[count] = c.brought.light.y;
+    b.cb[count] = c.brought.light.z;
+    b.shadows[count++] = make_shadow(c.ray, c.passed, c.bounces);
+  }
+  b.shadow += count;
+  trace_shadows(b, s, params, count, s.world[0].features);
+  for (uint i = 0; i < count; i++)
+    show_occlusion(b.slot_columns.data(), CAPACITY, b.key[i], params.groups, make_real3(b.cr[i], b.cg[i], b.cb[i]), b.shadows[i]);
 }
 
 FN LightWalk load_walk(const Batch &b, uint i) {
@@ -67,6 +96,18 @@ static void note_drawn_groups(Batch &__restrict b, Scene s, Params params, Group
   real *groups = b.slot_columns.data() + drawn_group_column(params) * CAPACITY;
   for (uint i = g.first; i < g.end; i++)
     groups[path_at(columns, i).slot] = real_of(drawn_light_group(s, load_walk(b, i)));
+}
+
+/* last_set, and where paths that are scattered get it. */
+FN uint last_set_of(const Batch &b, Scene s, Params params, Path p) {
+  return last_set(s, params, b.slot_columns.data(), CAPACITY, p.slot);
+}
+static void note_set(Batch &__restrict b, Scene s, Params params, Path p, Hit h) {
+  b.slot_columns[link_column(params) * CAPACITY + p.slot] = real_of(receiver_set(s, h));
+}
+static void note_sets(Batch &__restrict b, Scene s, Params params, Group g) {
+  for (uint i = g.first; i < g.end; i++)
+    if (!(b.label[i] & LABEL_TRANSPARENT)) note_set(b, s, params, path_at(b.columns(), i), load_hit(b, i));
 }
 
 /* Of the light that comes to paths' first vertices. */

@@ -23,8 +23,8 @@ static void shade_misses(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    add_light(b, params, i, see_world(s, params, p, registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
-    b.alpha[p.slot] -= lost_alpha(params, p);
+    add_light(b, params, i, see_world(s, params, p, last_set_of(b, s, params, p), registers_at(b, i)), seen_from(p, GROUP_environment, s.world[0].light_group));
+    lose_alpha(b, params, p.slot, lost_alpha(params.film_transparent, p));
     b.alive[i] = 0;
   }
 }
@@ -38,13 +38,26 @@ static void make_surfaces(Batch &__restrict b, Scene s, Group g) {
   }
 }
 
+/* Those on what moves once more, where it is at their paths' times: one by one, so that other scenes' loop stays as it
+ * is. */
+static void make_moving_surfaces(Batch &__restrict b, Scene s, Group g) {
+  Columns columns = b.columns();
+  uint features = s.world[0].features;
+  for (uint i = g.first; i < g.end; i++) {
+    Hit h = load_hit(b, i);
+    if (in_motion(s, h.instance, features) || in_deformation(s, h.instance, features))
+      store_surface(b, i, make_surface(s, path_ray(path_at(columns, i)), h, features));
+  }
+}
+
 static void shade_emission(Batch &__restrict b, Scene s, Params params, Material m, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
     Hit h = load_hit(b, i);
     uint light_group = has_any(params.groups, GROUPS_LIGHT_GROUPS) ? object_light_group(s, h) : 0u;
-    add_light(b, params, i, see_emission(s, params, m, p, h, registers_at(b, i)), seen_from(p, GROUP_emission, light_group));
+    Brought seen = see_emission(s, params, m, p, last_set_of(b, s, params, p), h, registers_at(b, i));
+    add_light(b, params, i, seen, seen_from(p, GROUP_emission, light_group));
   }
 }
 
@@ -312,7 +325,7 @@ static void shade_holdouts(Batch &__restrict b, Scene s, Params params, Material
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    b.alpha[p.slot] -= held_alpha(s, params, m, p, registers_at(b, i));
+    lose_alpha(b, params, p.slot, held_alpha(s, m, p, registers_at(b, i)));
   }
 }
 
@@ -320,10 +333,15 @@ template <uint FEATURES>
 static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   Material m = met_material(s.materials[g.material], g.meeting == MEETS_DIFFUSE);
   if (g.meeting == COMES_OUT) m = exit_material(s, m);
+  if (catches(params)) meet_catchers(b, s, params, g);
   make_surfaces<FEATURES>(b, s, g);
+  if (s.world[0].features & FEATURE_MOTION) make_moving_surfaces(b, s, g);
   run_values(b, s, m, g);
   if (m.flags & MATERIAL_EMITS) shade_emission(b, s, params, m, g);
-  if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
+  if (!is_alone(params)) {
+    if (has_any(params.groups, GROUPS_SURFACE)) show_surfaces(b, s, params, m, g);
+    if (has_group(params.groups, GROUP_ambient_occlusion)) show_occlusions(b, s, params, m, g);
+  }
   if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
   bool in_volumes = s.world[0].features & FEATURE_VOLUME;
   if (g.meeting == LAST) {
@@ -335,14 +353,18 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   bool split = has_any(params.groups, GROUPS_SPLIT) && any_begins(b, g);
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
+    uint features = s.world[0].features;
     draw_group_lights(b, s, params, m.flags, g);
-    evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, s.world[0].features & FEATURE_LIGHT_LIMITS, split);
+    if (features & FEATURE_TERMINATOR) turn_to_lights(b, s, g);
+    evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
+    if (features & FEATURE_TERMINATOR) turn_back(b, g);
     if (split) note_light_shares(b, params, g);
     connect_group(b, s, params, g);
   }
   sample_closures(b, s, m, g);
   evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz, false, split);
   if (split) note_path_shares(b, params, g);
+  if (s.world[0].features & FEATURE_LINKING) note_sets(b, s, params, g);
   scatter_paths(b, params, m, g);
   if (in_volumes) cross_surfaces(b, m, g);
 }

@@ -5,16 +5,17 @@
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
 
-FN Ray light_ray(const Batch &b, uint at) {
+FN Ray light_ray(const Batch &b, Columns columns, uint at) {
   return shadow_ray(make_real3(b.cox[at], b.coy[at], b.coz[at]), make_real3(b.ldx[at], b.ldy[at], b.ldz[at]),
-                    b.distance[at], b.light_instance[at], b.light_primitive[at]);
+                    b.distance[at], b.light_instance[at], b.light_primitive[at], path_time(path_at(columns, at)));
 }
 
 /* The shadow rays of a group's connections that bring light: their paths in key. */
 struct ShadowRays {
   Batch &b;
+  Columns columns;
   Params params;
-  Ray ray(uint i) const { return light_ray(b, b.key[i]); }
+  Ray ray(uint i) const { return among_catchers(light_ray(b, columns, b.key[i]), is_alone(params)); }
   void store(uint i, const Hit &h) {
     uint at = b.key[i];
     if (h.instance == NONE) add_light(b, params, at, load_brought(b, params, at), FROM_LIGHT);
@@ -27,14 +28,13 @@ struct PassingRays {
   Scene s;
   Params params;
   uint features;
-  Ray ray(uint i) const { return b.shadows[b.order[i]].ray; }
+  Ray ray(uint i) const { return among_catchers(b.shadows[b.order[i]].ray, is_alone(params)); }
   void store(uint i, const Hit &h) {
     Shadow &shadow = b.shadows[b.order[i]];
     real *registers = b.shadow_registers.data();
     shadow = features & FEATURE_VOLUME
                  ? shade_shadow(s, params, shadow, &b.shadow_volumes[b.order[i]], h, features, registers)
                  : pass_shadow(s, params, shadow, h, features, registers);
-    b.limits[LIMITS - 1] += uint64_t(shadow.limited);
   }
 };
 
@@ -43,8 +43,24 @@ static Volumes volumes_towards_light(const Batch &b, Scene s, Group g, Path p, u
   Volumes v;
   load_volumes(b.volumes.data(), CAPACITY, p.slot, &v);
   if (g.material != SCATTERED_BY_VOLUMES)
-    cross_towards(&v, s.materials[g.material], load_hit(b, i), load_surface(b, i, g.material), light_ray(b, i).direction);
+    cross_towards(&v, s.materials[g.material], load_hit(b, i), load_surface(b, i, g.material),
+                  make_real3(b.ldx[i], b.ldy[i], b.ldz[i]));
   return v;
+}
+
+/* Takes the first `count` shadows to their end. */
+static void trace_shadows(Batch &b, Scene s, Params params, uint count, uint features) {
+  for (uint i = 0; i < count; i++) b.order[i] = i;
+  PassingRays passing{b, s, params, features};
+  for (uint going = count; going > 0;) {
+    trace_all(s, passing, going, !(features & FEATURE_TRANSPARENT));
+    uint left = 0;
+    for (uint i = 0; i < going; i++) {
+      b.order[left] = b.order[i];
+      left += b.shadows[b.order[i]].going != 0;
+    }
+    going = left;
+  }
 }
 
 static void connect_batch(Batch &b, Scene s, Params params, Group g, uint features) {
@@ -55,29 +71,22 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
     count += !is_dark(make_real3(b.cr[i], b.cg[i], b.cb[i]));
   }
   b.shadow += count;
-  ShadowRays rays{b, params};
+  ShadowRays rays{b, columns, params};
   if (!(features & FEATURE_TRANSPARENT)) {
     trace_all(s, rays, count, 1);
     return;
   }
   for (uint i = 0; i < count; i++) {
     Path p = path_at(columns, b.key[i]);
-    b.shadows[i] = make_shadow(rays.ray(i), uint_of(path_passed(p)), p.bounces);
-    b.order[i] = i;
+    b.shadows[i] = make_shadow(light_ray(b, columns, b.key[i]), uint_of(path_passed(p)), p.bounces);
     if (features & FEATURE_VOLUME) b.shadow_volumes[i] = volumes_towards_light(b, s, g, p, b.key[i]);
   }
-  PassingRays passing{b, s, params, features};
-  for (uint going = count; going > 0;) {
-    trace_all(s, passing, going, 0);
-    uint left = 0;
-    for (uint i = 0; i < going; i++) {
-      b.order[left] = b.order[i];
-      left += b.shadows[b.order[i]].going != 0;
-    }
-    going = left;
+  trace_shadows(b, s, params, count, features);
+  for (uint i = 0; i < count; i++) {
+    uint at = b.key[i];
+    add_light(b, params, at, behind_shadow(load_brought(b, params, at), b.shadows[i], b.alone[at]), FROM_LIGHT);
+    b.limits[LIMITS - 1] += uint64_t(b.shadows[i].limited);
   }
-  for (uint i = 0; i < count; i++)
-    add_light(b, params, b.key[i], behind_shadow(load_brought(b, params, b.key[i]), b.shadows[i]), FROM_LIGHT);
 }
 
 }  // namespace ISOPHOTE_VARIANT

@@ -4,7 +4,7 @@
 #ifndef ISOPHOTE_REFERENCE
 #include "few_triangles.h"
 #endif
-#include "../kernels/passes.h"
+#include "../kernels/shadow_catcher.h"
 #include "../kernels/shine.h"
 #include "../kernels/tracking.h"
 #include "wide_tree.h"

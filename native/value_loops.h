@@ -23,10 +23,32 @@ static const real *registers_at(const Batch &b, uint i) { return b.registers.dat
 VALUES(VALUE_LOOPS)
 #undef VALUE_LOOPS
 
+/* Steps that ask where the object is: of one that moves or deforms, path by path. */
+FN bool asks_object(int op) {
+  switch (op) {
+#define X(number) case number:
+    OBJECT_VALUES(X)
+#undef X
+    return true;
+    default: return false;
+  }
+}
+
+static void run_moving_step(Batch &__restrict b, Scene s, Group g, ValueStep o, uint k) {
+  Columns columns = b.columns();
+  for (uint i = g.first; i < g.end; i++) run_step(s, o, in_its_time(s, load_point(b, columns, i)), b.registers.data() + i, k);
+}
+
 static void run_values(Batch &__restrict b, Scene s, Material m, Group g) {
+  bool moves = s.world[0].features & FEATURE_MOTION;
   for (uint n = 0; n < m.steps; n++) {
     ValueStep o = s.steps[m.first_step + n];
+    bool one_by_one = moves && asks_object(o.op);
     for (uint k = 0; k < o.repeat; k++) {
+      if (one_by_one) {
+        run_moving_step(b, s, g, o, k);
+        continue;
+      }
       switch (o.op) {
 #define X(number, name, inputs, outputs) \
   case number: compute_##name(b, b.registers.data(), s, g, o, k); break;

@@ -73,7 +73,7 @@ static int travel_path(Batch &b, Scene s, Params params, uint i) {
     LightHit seen = find_lamp(s.lights[l], p, h, features);
     if (seen.hit)
       add_light(b, params, i,
-                see_lamp(s, params, s.lights[l], path_to_lamp(s, k, g, p, seen, &v, registers), seen, registers),
+                see_lamp(s, params, l, path_to_lamp(s, k, g, p, seen, &v, registers), last_set_of(b, s, params, p), seen, registers),
                 seen_from(p, GROUP_emission, LIGHT_GROUP(s.lights[l].flags)));
   }
   if (is_held_back(g, p)) count_limits(b, reached_limits(params, p.bounces, uint_of(path_passed(p))));
@@ -91,7 +91,7 @@ static int travel_path(Batch &b, Scene s, Params params, uint i) {
 
 /* Takes all living paths to a surface, or to where a volume scatters them. */
 static void travel_batch(Batch &b, Scene s, Params params) {
-  PathRays rays{b, b.columns()};
+  PathRays rays{b, params, b.columns()};
   uint count = 0;
   for (uint i = 0; i < b.count; i++) {
     b.order[count] = i;
@@ -151,6 +151,7 @@ static void shade_volumes(Batch &__restrict b, Scene s, Params params, Group g) 
     real3 before = make_real3(p.dx, p.dy, p.dz);
     real u_choice = sample_bounce(p.seed, p.index, vertex, PAIR_CHOICE).y;
     real3 direction = sample_phases(&lobes, before, u_choice, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
+    if (s.world[0].features & FEATURE_LINKING) note_set(b, s, params, p, load_hit(b, i));
     Scattered r = scatter_in_volume(params, load_surface(b, i, g.material), p, direction, eval_phases(&lobes, before, direction),
                                     sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
     store_path(columns.reals, columns.uints, CAPACITY, i, r.path);

@@ -65,8 +65,7 @@ struct FlightRays {
   Columns columns;
   uint number;
   Ray ray(uint i) const {
-    return ray_of_flight(load_path(columns.reals, columns.uints, CAPACITY, w.path[i]), medium_at(w, i), walker_at(w, i),
-                         flight_at(w, i), number);
+    return ray_of_flight(path_at(columns, w.path[i]), medium_at(w, i), walker_at(w, i), flight_at(w, i), number);
   }
   void store(uint i, const Hit &h) {
     w.t[i] = h.t;

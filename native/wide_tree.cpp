@@ -310,7 +310,8 @@ void set_triangle(TriangleBlock &b, uint32_t k, const Triangle &t) {
   }
   b.primitive[k] = t.primitive;
   b.instance[k] = t.instance;
-  b.visibility[k] = t.instance == NONE ? RAY_ALL : uint16_t(t.flags >> 16 & RAY_ALL);
+  constexpr uint32_t kinds = RAY_ALL | RAY_ALL << CATCHER_SHIFT;
+  b.visibility[k] = uint16_t(t.instance == NONE ? kinds : t.flags >> 16 & kinds);
 }
 
 double part_cost(const WideTree &tree, size_t part) {

@@ -121,6 +121,8 @@ class Builder:
     meshes: list = field(default_factory=list)
     attributes: list = field(default_factory=list)
     instances: list = field(default_factory=list)
+    keys: dict = field(default_factory=dict)  # by instance: matrices over the shutter's time
+    shapes: dict = field(default_factory=dict)  # by mesh: vertices, and normals or None, over that time
     spheres: list = field(default_factory=list)
     lamps: list = field(default_factory=list)
     world: object = 0.0
@@ -150,17 +152,22 @@ class Builder:
         self.volumes[number] = 0 if inside is None else inside + 1
         return number
 
-    def mesh(self, shape, slots=0, normals=None, attributes=()) -> int:
+    def mesh(self, shape, slots=0, normals=None, attributes=(), shapes=None) -> int:
         """`normals`: per vertex (V, 3) for a smooth mesh, or None. `attributes`: (DOMAIN_ number, values (elements,
         components)) of each, as many for all meshes."""
         vertices, triangles = shape
+        if shapes is not None:
+            self.shapes[len(self.meshes)] = shapes
         self.attributes.append([(domain, np.asarray(values, np.float32)) for domain, values in attributes])
         self.meshes.append((np.asarray(vertices, np.float32), np.asarray(triangles),
                             np.broadcast_to(slots, len(triangles)), None if normals is None else np.asarray(normals)))
         return len(self.meshes) - 1
 
-    def instance(self, mesh: int, *materials: int, matrix=None, visibility=ALL, values=()):
-        """`values`: what steps ask of it, as many for all instances."""
+    def instance(self, mesh: int, *materials: int, matrix=None, visibility=ALL, values=(), keys=None):
+        """`values`: what steps ask of it, as many for all instances. `keys`: matrices over the shutter's time."""
+        if keys is not None:
+            self.keys[len(self.instances)] = np.asarray(keys, float)
+            matrix = self.keys[len(self.instances)][len(keys) // 2]
         matrix = place() if matrix is None else np.asarray(matrix)
         self.instances.append((mesh, matrix, materials, visibility, values))
 
@@ -194,6 +201,23 @@ class Builder:
         return {"mesh_attributes": np.array(rows, np.uint32).reshape(len(rows), -1, 3),
                 "attribute_values": np.concatenate(values)}
 
+    def shape_arrays(self) -> dict:
+        """`shapes`: for each mesh that deforms a list of (vertices, normals or None)."""
+        if not self.shapes:
+            return {}
+        meshes = sorted(self.shapes)
+        keys = [len(self.shapes.get(mesh, ())) for mesh in range(len(self.meshes))]
+        normals = [each[1] for mesh in meshes for each in self.shapes[mesh] if each[1] is not None]
+        vertices = [each[0] for mesh in meshes for each in self.shapes[mesh]]
+        return {"mesh_keys": keys, "key_vertices": np.concatenate(vertices),
+                "key_normals": np.concatenate(normals) if normals else np.zeros((0, 3))}
+
+    def key_arrays(self) -> dict:
+        if not self.keys:
+            return {}
+        return {"instance_keys": [len(self.keys.get(k, ())) for k in range(len(self.instances))],
+                "key_to_world": np.concatenate([self.keys[k] for k in sorted(self.keys)])}
+
     def make(self, **others) -> Scene:
         """`others`: arrays of the scene beside those that were built."""
         arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3), **others)
@@ -210,6 +234,7 @@ class Builder:
             smooth = [0 if m[3] is None else len(m[3]) for m in self.meshes]
             arrays["mesh_normals"] = np.where(smooth, np.cumsum([0, *smooth[:-1]]), -1)
             arrays |= self.attribute_arrays()
+            arrays |= self.shape_arrays()
             if any(smooth):
                 arrays["normals"] = np.concatenate([m[3] for m in self.meshes if m[3] is not None])
         if self.instances:
@@ -217,7 +242,7 @@ class Builder:
             arrays |= dict(instance_mesh=meshes, instance_to_world=np.stack(matrices), instance_visibility=visibility,
                            instance_values=np.array(values),
                            instance_slots=np.cumsum([0, *(len(m) for m in materials[:-1])]),
-                           slot_materials=np.concatenate([np.asarray(m, int) for m in materials]))
+                           slot_materials=np.concatenate([np.asarray(m, int) for m in materials]), **self.key_arrays())
         if self.spheres:
             names = ("sphere_center", "sphere_radius", "sphere_material", "sphere_visibility")
             arrays |= dict(zip(names, zip(*self.spheres, strict=True), strict=True))

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from isophote.material_program import Shown
-from isophote.passes import PASSES
+from isophote.passes import PASSES, channels_of
+from isophote.settings import MOST_LEVELS
 
 from .. import compat
 from .values import Values, triple
@@ -20,32 +23,32 @@ def aovs_of(view_layer) -> tuple[str, ...]:
 
 def is_taken(name: str) -> bool:
     """Whether a pass of Isophote or of a light group has the name."""
-    return name.startswith("Combined_") or name in {entry.blender_name for entry in PASSES.values()}
+    return name.startswith("Combined_") or name in map(compat.pass_name, channels_of(PASSES, MOST_LEVELS))
 
 
-def has_output(tree) -> bool:
-    """Whether a node tree or a group in it has an AOV Output."""
-    return any(node.bl_idname == OUTPUT or getattr(node, "node_tree", None) and has_output(node.node_tree)
-               for node in tree.nodes)
+def outputs_of(tree, stack: tuple = ()) -> Iterator[tuple]:
+    """(node, stack) of the AOV Output nodes of a tree and of the groups in it, as nodes.py has stacks."""
+    for node in tree.nodes:
+        if node.mute:
+            continue
+        if node.bl_idname == OUTPUT:
+            yield node, stack
+        elif getattr(node, "node_tree", None):
+            yield from outputs_of(node.node_tree, (*stack, node))
 
 
 def shown_values(material, values: Values, aovs: tuple[str, ...]) -> list[Shown | None]:
     """What a material's AOV Output nodes have for each AOV; nothing where it has no node of its name."""
     nodes = {}
-    for node in material.node_tree.nodes:
-        if node.bl_idname == OUTPUT:
-            nodes.setdefault(compat.aov_name(node), node)
-            continue
-        group = getattr(node, "node_tree", None)
-        if group and has_output(group):
-            values.note(f"{node.name}: AOV outputs in groups are not supported: left out")
+    for node, stack in outputs_of(material.node_tree):
+        nodes.setdefault(compat.aov_name(node), (node, stack))
     made = []
     for kind, _, name in (aov.partition(":") for aov in aovs):
-        node = nodes.get(name)
+        node, stack = nodes.get(name, (None, ()))
         if node is None:
             made.append(None)
         elif kind == "color":
-            made.append(tuple(values.color(node, (), "Color")))
+            made.append(tuple(values.color(node, stack, "Color")))
         else:
-            made.append(tuple(triple(values.number(node, (), "Value"), 0.0, 0.0)))
+            made.append(tuple(triple(values.number(node, stack, "Value"), 0.0, 0.0)))
     return made

@@ -117,6 +117,16 @@ def pointiness(mesh, _):
     return "POINT", pointiness_of(compat.vertex_positions(mesh).reshape(-1, 3), normals, edges)[:, None]
 
 
+def place(mesh, _):
+    """In the object's space, before any displacement."""
+    return "POINT", compat.vertex_positions(mesh).reshape(-1, 3)
+
+
+def vertex_normal(mesh, _):
+    """Of vertices that a flat mesh's displacement moves."""
+    return "POINT", compat.read_all(mesh.vertex_normals, "vector", 3, np.float32).reshape(-1, 3)
+
+
 def roots_of_islands(count: int, edges: list) -> np.ndarray:
     """The vertex that stands for each vertex's island, i8 (count): which one follows from the order of edges (Galler
     and Fischer 1964, "An Improved Equivalence Algorithm", by rank), and the random number from it."""
@@ -139,7 +149,8 @@ def roots_of_islands(count: int, edges: list) -> np.ndarray:
 
 
 READERS = {"uv": uv_map, "named": named, "generated": generated, "color": color, "tangent": tangent, "island": island,
-           "pointiness": pointiness, "box_low": box_low, "box_sizes": box_sizes}
+           "pointiness": pointiness, "place": place, "normal": vertex_normal, "box_low": box_low,
+           "box_sizes": box_sizes}
 
 
 def join_attributes(keys: list[tuple[str, str]], meshes: list[dict]) -> dict[str, np.ndarray]:

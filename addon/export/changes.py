@@ -15,6 +15,7 @@ import numpy as np
 
 from .mesh import MeshArrays, export_attributes, export_mesh, join_meshes
 
+VERTEX_NORMALS = "normal", ""  # key of an attribute
 WITHOUT_MESHES = {"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER"}
 
 
@@ -25,28 +26,30 @@ class OthersMet(Exception):
 class Meshes:
     """Each mesh is read when it is first met; with `before`, they are those of that export, else OthersMet is raised.
 
-    `names`, `needed` (the slots that a mesh uses) and `attributes` (those that were asked for, by key) go by the mesh's
-    number.
+    `names`, `needed` (the slots that a mesh uses), `flat`, `flat_normals` (of the vertices of flat meshes that are
+    displaced) and `attributes` (those that were asked for, by key) go by the mesh's number.
     """
 
     def __init__(self, before: Meshes | None = None):
         self._expected = iter(before._number_of.items()) if before else None
         self.names: list[str] = before.names if before else []
         self.needed: list[int] = before.needed if before else []
+        self.flat: list[bool] = before.flat if before else []
+        self.flat_normals: dict[int, np.ndarray] = before.flat_normals if before else {}
         self.attributes: list[dict] = before.attributes if before else []
         self.lasting = True  # whether `updates` tells of all that they depend on
         self._number_of: dict[tuple, int | None] = {}  # by the evaluated data, in the order in which they are met
         self._read: list[MeshArrays] = []
         self._arrays = before._arrays if before else None
 
-    def number_of(self, ob, attributes=()) -> int | None:
+    def number_of(self, ob, attributes=(), displaced=()) -> int | None:
         """Of the mesh of an evaluated object, None where it has no faces. `attributes`: keys of those that it must have
-        (Lookups.attributes)."""
+        (Lookups.attributes); `displaced`: what moves it, so that those that differ in it are meshes of their own."""
         data = ob.data
         if data is None:
             return None
         # The mesh of metaballs depends on more than their data.
-        key = data.as_pointer(), ob.original.as_pointer() if ob.type == "META" else None
+        key = data.as_pointer(), ob.original.as_pointer() if ob.type == "META" else None, displaced
         if key not in self._number_of:
             self._number_of[key] = self.read(ob) if self._expected is None else self.taken_over(key)
         number = self._number_of[key]
@@ -54,6 +57,8 @@ class Meshes:
             missing = [each for each in attributes if each not in self.attributes[number]]
             if missing:
                 self.attributes[number] |= export_attributes(ob, missing)
+            if displaced and self.flat[number] and number not in self.flat_normals:
+                self.flat_normals[number] = export_attributes(ob, [VERTEX_NORMALS])[VERTEX_NORMALS].values
         return number
 
     def read(self, ob) -> int | None:
@@ -63,6 +68,7 @@ class Meshes:
             return None
         self.names.append(arrays.name)
         self.needed.append(1 if arrays.slots is None else int(arrays.slots.max()) + 1)
+        self.flat.append(arrays.normals is None)
         self.attributes.append({})
         self._read.append(arrays)
         return len(self.names) - 1

@@ -17,7 +17,7 @@ from .values import Values, not_negative, outputs, saturate, source
 CUTOFF = 1e-5  # Cycles' CLOSURE_WEIGHT_CUTOFF
 ROUGH_FROM = 1e-5  # of diffuse reflection
 WITHOUT_NORMAL = {"transparent", "emission", "holdout"}
-UNSEEN = {"diffuse", "translucent"}  # the same whatever the angle to the viewer
+UNSEEN = {"diffuse", "rough_diffuse", "diffuse_toon", "translucent"}  # seen from behind their normal, too
 
 
 @dataclass(eq=False)

@@ -7,6 +7,8 @@ instance); object and instancer (a property, RGB and alpha); particle (an output
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 
 from .hashes import hash_pair, hash_text, to_unit
@@ -21,8 +23,9 @@ def instance_values(depsgraph, numbers: list[int], keys: list[tuple[str, str, in
             break
         if number == numbers[row]:
             found = {key[:2]: KINDS[key[0]](instance, key[1], depsgraph) for key in keys}
-            made[row] = [found[kind, name][part] for kind, name, part in keys]
-            row += 1
+            end = bisect_right(numbers, number)  # one that is held out is there twice
+            made[row:end] = [found[kind, name][part] for kind, name, part in keys]
+            row = end
     return made
 
 

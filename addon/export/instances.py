@@ -9,21 +9,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.material_program import MaterialProgram
+from isophote.material_program import Displacement, MaterialProgram
 from isophote.records import numbers
 
+from .. import compat
 from .aovs import aovs_of
 from .changes import Meshes
 from .instance_values import KINDS, instance_values, property_value
 from .light import Lamp, export_light
 from .light_groups import LightGroups
+from .light_linking import LightLinking
 from .lookups import Lookups
-from .material import material_program
+from .material import held_out_program, material_program
+from .mattes import NO_MATERIAL, Mattes
+from .visibility import Appearance, appearances, is_catcher, visibility_of
 from .volume import material_volume
-
-RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
-        ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
-RAY_CAMERA = 1
 
 # Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
 WITH_MESH = {"MESH", "META"}
@@ -39,24 +39,30 @@ LEFT_OUT = {
 class Gatherer:
     """Collects meshes, instances, spheres, materials and lamps while the dependency graph is walked."""
 
-    def __init__(self, depsgraph, origin: np.ndarray, notes, meshes: Meshes):
+    def __init__(self, depsgraph, origin: np.ndarray, notes, meshes: Meshes, frame: int):
         self.depsgraph, self.origin, self.notes, self.meshes = depsgraph, origin, notes, meshes
         self.view_layer = depsgraph.view_layer_eval
         self.override = getattr(self.view_layer, "material_override", None)
-        self.lookups = Lookups(depsgraph.scene_eval.frame_current, self.view_layer_value)
+        self.lookups = Lookups(frame, self.view_layer_value)
         self.uv = self.lookups.attribute("uv") if self.view_layer.use_pass_uv else None  # what the UV pass shows
         self.aovs, self.light_groups = aovs_of(self.view_layer), LightGroups(self.view_layer)
+        self.linking, self.mattes = LightLinking(notes), Mattes(self.view_layer)
+        pass_of_its_own = getattr(getattr(self.view_layer, "cycles", None), "use_pass_shadow_catcher", False)
+        self.shows_shadows = depsgraph.scene_eval.render.film_transparent or pass_of_its_own
         self.lamps: list[Lamp] = []
         self.programs: list[MaterialProgram] = []
+        self.displacements: dict[int, Displacement] = {}  # by material
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
         self.volume_of: dict[int, int] = {}  # material of what a material encloses
         self.slots: list[int] = []
-        self.instances: list[tuple] = []  # (number of its matrix, mesh, first slot, visibility, name, index, group)
-        self.spheres: list[tuple] = []  # (centre, radius, material, visibility, name, index, group)
-        self._material_of: dict = {}
+        # (number of its matrix, mesh, first slot, visibility, name, index, group, number in `linking`, terminator)
+        self.instances: list[tuple] = []
+        # (centre, radius, material, visibility, name, index, group, number in `linking`)
+        self.spheres: list[tuple] = []
+        self._material_of: dict[tuple, int] = {}
         self._slots_of: dict[tuple, int] = {}
-        self._looks: dict[tuple, tuple] = {}  # what instances of one object share: the end of their tuple
+        self._looks: dict[tuple, list[tuple]] = {}  # what instances of one object share: the end of each one's tuples
         self.matrices = np.zeros((0, 4, 4))
 
     def gather(self) -> None:
@@ -73,7 +79,7 @@ class Gatherer:
             key = look_key(instance, ob)
             if key in self._looks:
                 if instance.show_self:
-                    self.instances.append((number, *self._looks[key]))
+                    self.instances += [(number, *look) for look in self._looks[key]]
                 continue
             self.note_extras(instance, ob)
             if not instance.show_self:
@@ -97,30 +103,39 @@ class Gatherer:
         return property_value((self.view_layer, scene, scene.world), name)
 
     def add_lamp(self, number: int, instance, ob) -> None:
-        visibility = self.visibility(instance, ob)
+        visibility = visibility_of(instance, ob, self.depsgraph.view_layer)
+
         def known(kind, name):
             return KINDS[kind](instance, name, self.depsgraph)
 
         lamp = export_light(ob, self.matrices[number], self.origin, visibility, self.notes, self.lookups, known)
         if lamp is not None:
             lamp.flags |= self.light_groups.of(ob) << numbers()["LIGHT_GROUP_SHIFT"]
+            lamp.link = self.linking.of(instance, ob)
             self.lamps.append(lamp)
 
     def add_object(self, number: int, instance, ob, key: tuple) -> None:
-        visibility = self.visibility(instance, ob)
-        if visibility == 0:
+        parts = appearances(instance, ob, self.depsgraph.view_layer)
+        if not parts:
             return
+        self.mattes.meet(ob)
+        shared = ob.name, ob.pass_index, self.light_groups.of(ob), self.linking.of(instance, ob)
         if is_sphere(ob):
-            self.add_sphere(self.matrices[number], ob, visibility)
+            self.add_sphere(self.matrices[number], ob, parts, shared)
             return
-        mesh = self.meshes.number_of(ob, self.attributes_of(ob))
+        displaced = self.displacing_slots(ob)
+        if displaced and compat.is_diced(ob):
+            self.notes.add("object", ob.name, "adaptive subdivision is not supported: displaced as its modifier "
+                                              "subdivides it")
+        mesh = self.meshes.number_of(ob, self.attributes_of(ob), displaced)
         if mesh is None:
             return
-        slots = self.slots_of(ob, self.meshes.needed[mesh])
-        self._looks[key] = mesh, slots, visibility, ob.name, ob.pass_index, self.light_groups.of(ob)
-        self.instances.append((number, *self._looks[key]))
+        terminator = compat.terminator_offset(ob, "geometry")
+        self._looks[key] = [(mesh, self.slots_of(ob, self.meshes.needed[mesh], part.held_out), part.visibility, *shared,
+                             terminator) for part in parts]
+        self.instances += [(number, *look) for look in self._looks[key]]
 
-    def add_sphere(self, matrix: np.ndarray, ob, visibility: int) -> None:
+    def add_sphere(self, matrix: np.ndarray, ob, parts: list[Appearance], shared: tuple) -> None:
         """An analytic sphere around the centre of the bounding box, half the longest world side in radius."""
         box = np.array([corner[:] for corner in ob.bound_box], dtype=np.float64)
         low, high = box.min(axis=0), box.max(axis=0)
@@ -128,13 +143,13 @@ class Gatherer:
         if sides.max() - sides.min() > 1e-3 * sides.max():
             self.notes.add("object", ob.name, "rendered as a sphere, but its sides differ: the longest counts")
         centre = (matrix[:3, :3] * (0.5 * (low + high))).sum(axis=1) + matrix[:3, 3] - self.origin
-        material = self.slot_list(ob)[0]
-        look = material, visibility, ob.name, ob.pass_index, self.light_groups.of(ob)
-        self.spheres.append((centre, 0.5 * sides.max(), *look))
+        for part in parts:
+            material = self.slot_list(ob, part.held_out)[0]
+            self.spheres.append((centre, 0.5 * sides.max(), material, part.visibility, *shared))
 
-    def slots_of(self, ob, needed: int) -> int:
+    def slots_of(self, ob, needed: int, held_out: bool) -> int:
         """First entry in slot_materials of an object's slots; equal lists are kept once."""
-        slots = self.slot_list(ob)
+        slots = self.slot_list(ob, held_out)
         # Faces with a higher slot than the object has take the last one, as in Cycles.
         slots = tuple(slots[: max(needed, 1)]) + (slots[-1],) * (needed - len(slots))
         if slots not in self._slots_of:
@@ -142,22 +157,32 @@ class Gatherer:
             self.slots += slots
         return self._slots_of[slots]
 
-    def slot_list(self, ob) -> list[int]:
+    def slot_list(self, ob, held_out: bool = False) -> list[int]:
+        materials = [slot.material for slot in ob.material_slots] or [None]
         if self.override is not None:
-            return [self.material_of(self.override)]
-        return [self.material_of(slot.material) for slot in ob.material_slots] or [self.material_of(None)]
+            materials = [self.override]
+        return [self.material_of(material, held_out) for material in materials]
 
-    def material_of(self, material) -> int:
-        key = None if material is None else material.original.as_pointer()
+    def material_of(self, material, held_out: bool = False) -> int:
+        key = None if material is None else material.original.as_pointer(), held_out
         if key not in self._material_of:
+            make = held_out_program if held_out else material_program
             self._material_of[key] = len(self.programs)
-            self.programs.append(material_program(material, self.notes, self.lookups, self.aovs))
-            self.material_names.append("default" if material is None else material.name)
+            program, displacement = make(material, self.notes, self.lookups, self.aovs)
+            if displacement:
+                self.displacements[len(self.programs)] = displacement
+            self.programs.append(program)
+            self.material_names.append(NO_MATERIAL if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
             volume = material_volume(material, self.notes, self.lookups)
             if volume:
                 self.volume_of[self._material_of[key]] = self.add_program(volume, material.name)
         return self._material_of[key]
+
+    def displacing_slots(self, ob) -> tuple[int, ...]:
+        """Materials of an object's slots where one of them displaces its mesh, else none."""
+        slots = tuple(self.slot_list(ob))
+        return slots if not self.displacements.keys().isdisjoint(slots) else ()
 
     def add_program(self, program: MaterialProgram, name: str) -> int:
         """The number of a material that no object has."""
@@ -172,33 +197,20 @@ class Gatherer:
             self.slot_list(ob)  # which exports the materials
         if not self.lookups.attributes:
             return []
-        materials = [self.volume_of.get(each, each) for each in self.slot_list(ob)] + self.slot_list(ob)
-        wanted = {number for material in materials for number in self.programs[material].attributes}
+        slots = self.slot_list(ob)
+        programs = [self.programs[material] for material in slots]
+        programs += [self.programs[self.volume_of[material]] for material in slots if material in self.volume_of]
+        programs += [self.displacements[material].program for material in slots if material in self.displacements]
+        wanted = {number for program in programs for number in program.attributes}
         wanted |= {self.uv} if self.uv is not None else set()
         return [key for key, number in self.lookups.attributes.items() if number in wanted]
 
-    def visibility(self, instance, ob) -> int:
-        """RAY_ bits: the object's, and for an instance its instancer's too."""
-        mask = sum(bit for name, bit in RAYS if getattr(ob, name))
-        top = instance.parent if instance.is_instance else ob
-        if top is None:
-            return mask
-        if instance.is_instance:
-            mask &= sum(bit for name, bit in RAYS if getattr(top, name))
-        if top.original.indirect_only_get(view_layer=self.depsgraph.view_layer):
-            mask &= ~RAY_CAMERA
-        return mask
-
     def note_extras(self, instance, ob) -> None:
         """What an object has besides its surface and that is left out."""
-        if ob.is_shadow_catcher and ob.type != "LIGHT":
-            self.notes.add("object", ob.name, "shadow catchers are not supported: rendered as a usual object")
-        in_holdout = not instance.is_instance and ob.original.holdout_get(view_layer=self.depsgraph.view_layer)
-        if ob.is_holdout or in_holdout:
-            self.notes.add("object", ob.name, "holdouts are not supported: rendered as a usual object")
-        linking = getattr(ob, "light_linking", None)
-        if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-            self.notes.add("object", ob.name, "light linking is not supported: left out")
+        if ob.type != "LIGHT" and is_catcher(instance, ob) and not self.shows_shadows:
+            self.notes.add("object", ob.name, "shadow catchers want a transparent film: rendered as a usual object")
+        if compat.terminator_offset(ob, "shading") > 0.0:
+            self.notes.add("object", ob.name, "the shading offset of its shadow terminator is not supported: left out")
         if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS"
                for m in ob.modifiers):
             self.notes.add("object", ob.name, "grids of smoke are not supported: its volume is as dense everywhere")

@@ -43,6 +43,7 @@ class Lamp:
     flags: int
     visibility: int
     program: MaterialProgram | None
+    link: int = 0  # its number in LightLinking
 
 
 def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, notes, lookups: Lookups,
@@ -54,7 +55,7 @@ def export_light(ob, matrix: np.ndarray, origin: np.ndarray, visibility: int, no
     kind, size, spot = SHAPES[light.type](light, lengths)
     cycles = getattr(light, "cycles", None)
     if light.type == "AREA" and getattr(cycles, "is_portal", False):
-        values.note("portals are not supported: left out")
+        values.note("portals do not guide the light of the world: noisier, not another picture")
         return None
     strength = np.array(light.color[:3], dtype=np.float64) * compat.light_energy(light)
     values.lamp = LampSpace(kind, matrix, size, spot[0], known)

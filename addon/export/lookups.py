@@ -9,7 +9,8 @@ from .images import MISSING, Picture
 
 IMAGE_SRGB, IMAGE_DIVIDE_ALPHA = 1, 2  # of kernels/scene_records.h
 # Of the keys (kind, name) by which attributes are asked for.
-ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness", "box_low", "box_sizes")
+ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness", "place", "box_low",
+                   "box_sizes")
 
 
 class Lookups:
@@ -34,8 +35,7 @@ class Lookups:
 
     def attribute(self, kind: str, name: str = "") -> int:
         """The number of an attribute: kind "uv" with a map's name ("": the active one), "tangent" with that of the map
-        along which it runs, "color" likewise, "named" with an attribute's, "generated", "island",
-        "pointiness", "box_low" or "box_sizes" (of the texture space)."""
+        along which it runs, "color" likewise, "named" with an attribute's, or another of ATTRIBUTE_KINDS."""
         assert kind in ATTRIBUTE_KINDS
         return self.attributes.setdefault((kind, name), len(self.attributes))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.material_program import MaterialProgram, make_material
+from isophote.material_program import Displacement, MaterialProgram, make_displacement, make_material
 from isophote.materials import make_instruction
 from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
 
@@ -31,7 +31,7 @@ from .lookups import Lookups
 from .nodes import find_input, source_of
 from .principled import principled
 from .subsurface import subsurface_scattering
-from .value_nodes.normals import displaced_normal
+from .value_nodes.normals import displaced_normal, moved_normal
 from .values import Values, as_triple, each, grey, not_negative, saturate
 from .volume import has_volume
 
@@ -41,23 +41,60 @@ DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
 TOO_LARGE = (1.0, 0.0, 1.0)  # radiance of a material that could not be compiled
 
 
-def material_program(material, notes, lookups: Lookups, aovs: tuple[str, ...] = ()) -> MaterialProgram:
-    """The program of a bpy Material, or of None, with what it has for AOVs (aovs.aovs_of)."""
+def material_program(material, notes, lookups: Lookups,
+                     aovs: tuple[str, ...] = ()) -> tuple[MaterialProgram, Displacement | None]:
+    """The program of a bpy Material, or of None, with what it has for AOVs (aovs.aovs_of); how it moves surfaces."""
+    return program_of(material, notes, lookups, aovs, lambda closures: closures)
+
+
+def held_out_program(material, notes, lookups: Lookups,
+                     aovs: tuple[str, ...] = ()) -> tuple[MaterialProgram, Displacement | None]:
+    """The same as a hole: all that is not transparent of it is a holdout."""
+    return program_of(material, notes, lookups, aovs, held_out)
+
+
+def held_out(closures: list[Closure]) -> list[Closure]:
+    """As Cycles, surface_shader_apply_holdout."""
+    passing = [closure for closure in closures if closure.operation == "transparent"]
+    share = as_triple(1.0)
+    for closure in passing:
+        share = each(lambda rest, passed: rest - passed, share, closure.weight)
+    return [*passing, Closure("holdout", share)]
+
+
+def program_of(material, notes, lookups: Lookups, aovs: tuple[str, ...],
+               changed) -> tuple[MaterialProgram, Displacement | None]:
+    """`changed` makes the closures that count of those that the nodes have."""
     if material is None:
-        return make_material(arrange([Closure("diffuse", np.full(3, DEFAULT_GREY))]))
+        return make_material(arrange(changed([Closure("diffuse", np.full(3, DEFAULT_GREY))]))), None
     values = Values("material", material.name, notes, lookups)
     values.material_index = material.pass_index
     if not compat.uses_nodes(material):
         # Cycles shades such materials with a Diffuse BSDF; metallic and roughness do not count.
-        return make_material(arrange([Closure("diffuse", np.array(material.diffuse_color[:3]))]))
+        return make_material(arrange(changed([Closure("diffuse", np.array(material.diffuse_color[:3]))]))), None
     try:
-        closures = arrange(surface_closures(material, values))
+        displacement = displace(material, values)
+        closures = arrange(changed(surface_closures(material, values)))
         if not closures and has_volume(material.node_tree) and not is_boundary(material):
             closures = [make_instruction("diffuse", (0.0, 0.0, 0.0))]
-        return make_material(closures, shown_values(material, values, aovs))
+        return make_material(closures, shown_values(material, values, aovs)), displacement
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
-        return make_material(arrange([Closure("emission", np.array(TOO_LARGE))]))
+        return make_material(arrange([Closure("emission", np.array(TOO_LARGE))])), None
+
+
+def displace(material, values: Values) -> Displacement | None:
+    """How the output moves the surface, None where it does not. What it bends becomes the values' surface normal."""
+    output = material.node_tree.get_output_node("CYCLES")
+    if output is None or not values.is_linked(output, (), "Displacement"):
+        return None
+    method, vector = compat.displacement_method(material), values.vector(output, (), "Displacement")
+    if method == "BUMP":
+        values.surface_normal = displaced_normal(values, vector)
+        return None
+    if method == "BOTH":
+        values.surface_normal = moved_normal(values, vector)
+    return make_displacement(vector, turns_normals=method == "DISPLACEMENT")
 
 
 def surface_closures(material, values: Values) -> list[Closure]:
@@ -66,10 +103,6 @@ def surface_closures(material, values: Values) -> list[Closure]:
     if output is None:
         values.note("no active output for this engine: rendered black")
         return []
-    if values.is_linked(output, (), "Displacement"):
-        if compat.displacement_method(material) != "BUMP":
-            values.note("true displacement is not supported: rendered as bump")
-        values.surface_normal = displaced_normal(values, values.vector(output, (), "Displacement"))
     return closures_of(values, find_input(output, "Surface"), (), 1.0)
 
 

@@ -18,6 +18,7 @@ from .nodes import find_input
 from .values import Sun, Values
 from .volume import volume_program
 
+FAR_AWAY = 3e38
 RAYS = (("camera", 1), ("diffuse", 2), ("glossy", 4), ("transmission", 8))  # RAY_ bits of kernels/scene_records.h
 
 FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
@@ -72,6 +73,11 @@ def mist_of(world) -> tuple[float, float, float]:
         return 0.0, 0.0, 1.0
     settings = world.mist_settings
     return settings.start, settings.depth, FALLOFFS[settings.falloff]
+
+
+def occlusion_distance_of(world) -> float:
+    """Within which surfaces occlude in the Ambient Occlusion pass, metres."""
+    return FAR_AWAY if world is None else world.light_settings.distance
 
 
 def sun_of(suns: list[Sun]) -> np.ndarray:

@@ -67,7 +67,7 @@ class Megakernel(Schedule):
     """Everything in one kernel: no state in memory, no queue; a group lives as long as its longest path."""
 
     def trace(self, params, film, first, pixels, samples, bounces, cancelled) -> bool:
-        count = pixels * samples
+        (params,), count = params, pixels * samples
         self.launch("megakernel", count, params, *self.result, U(self.paths), U(first), U(count))
         self.accumulate(params, film, first, pixels)
         return not cancelled()
@@ -77,7 +77,7 @@ class Pipeline(Schedule):
     """A kernel a stage over a queue with a place for every path; ended paths keep theirs and do nothing."""
 
     def trace(self, params, film, first, pixels, samples, bounces, cancelled) -> bool:
-        count = pixels * samples
+        (params,), count = params, pixels * samples
         self.counts = self.device.buffer(array=self.lengths(count, bounces))
         queue, places = self.buffers["queue"], count
         self.launch("start_slots", count, params, *self.path, *self.result, queue, U(first), U(count))

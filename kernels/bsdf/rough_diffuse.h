@@ -47,7 +47,7 @@ FN real3 rough_diffuse_returned(RoughDiffuse r, real3 albedo) {
 FN BsdfValue eval_rough_diffuse(Closure c, int backfacing, GLOBAL const float *tables, real3 wo, real3 wi) {
   RoughDiffuse r = make_rough_diffuse(c);
   real cos_i = max_real(wi.z, REAL(0.0));
-  real t = wo.x * wi.x + wo.y * wi.y;
+  real t = wo.x * wi.x + wo.y * wi.y + min_real(wo.z, REAL(0.0)) * cos_i; /* a viewer behind has an angle of 90 degrees */
   t = t > REAL(0.0) ? t / max_real(max_real(wo.z, cos_i), TINY) : t;
   real lost = r.b * (ROUGH_DIFFUSE_LOSS - ROUGH_DIFFUSE_LOSS_G);
   /* Both losses are in proportion to b, and so is `lost`: 0 over 0 for no roughness, which has no further bounces. */

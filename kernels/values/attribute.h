@@ -1,6 +1,7 @@
 /* Attributes of meshes at a point: UV maps, colours, whatever a mesh stores under a name. */
 #ifndef ISOPHOTE_VALUES_ATTRIBUTE_H
 #define ISOPHOTE_VALUES_ATTRIBUTE_H
+#include "object_space.h"
 #include "value.h"
 
 /* Up to four components; one fills the first three, what is missing is 0, and 1 in w. */
@@ -51,12 +52,11 @@ FN real3 unbent_normal(Scene s, Point at) {
     GLOBAL const Instance *instance = &s.instances[is_mesh ? at.instance : 0u];
     int smooth = is_mesh & ((instance->visibility & INSTANCE_SMOOTH) != 0u);
     GLOBAL const uint *corner = &s.indices[smooth ? 3u * at.primitive : 0u];
-    uint swap = (instance->visibility & INSTANCE_MIRRORED) ? 1u : 0u, first = instance->first_normal;
-    real3 n0 = load3(s.normals[smooth ? first + corner[0] : 0u]);
-    real3 n1 = load3(s.normals[smooth ? first + corner[1u + swap] : 0u]);
-    real3 n2 = load3(s.normals[smooth ? first + corner[2u - swap] : 0u]);
+    uint swap = (instance->visibility & INSTANCE_MIRRORED) ? 1u : 0u;
+    real3 n0 = stored_normal(s, at, corner[0]), n1 = stored_normal(s, at, corner[1u + swap]);
+    real3 n2 = stored_normal(s, at, corner[2u - swap]);
     real3 own = n0 * (REAL(1.0) - at.u - at.v) + n1 * at.u + n2 * at.v;
-    own = select3(instance->root != NONE, transform_normal(instance->to_object, own), own);
+    own = select3(instance->root != NONE, normal_out_of_object(s, at, own), own);
     real squared = dot3(own, own);
     int fine = smooth & (squared > REAL(0.0));
     real side = at.backfacing ? REAL(-1.0) : REAL(1.0);

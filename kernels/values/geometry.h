@@ -3,6 +3,7 @@
 #define ISOPHOTE_VALUES_GEOMETRY_H
 #include "../panorama.h"
 #include "attribute.h"
+#include "object_space.h"
 #include "value.h"
 
 /* X(number, name, inputs, outputs) */
@@ -25,22 +26,19 @@ FN real3 unit_or(real3 v, real3 other) {
   return select3(fine, v * (REAL(1.0) / sqrt(fine ? square : REAL(1.0))), other);
 }
 
-FN GLOBAL const Instance *instance_of(Scene s, Point at) {
-  return &s.instances[at.instance == SPHERE_INSTANCE ? 0u : at.instance];
-}
 /* Vectors between the object's space and the world's; spheres have no space of their own. */
 FN real3 to_object(Scene s, Point at, real3 v) {
-  return select3(at.instance == SPHERE_INSTANCE, v, transform_vector(instance_of(s, at)->to_object, v));
+  return select3(at.instance == SPHERE_INSTANCE, v, vector_into_object(s, at, v));
 }
 FN real3 to_world_space(Scene s, Point at, real3 v) {
-  return select3(at.instance == SPHERE_INSTANCE, v, transform_vector(instance_of(s, at)->to_world, v));
+  return select3(at.instance == SPHERE_INSTANCE, v, vector_out_of_object(s, at, v));
 }
 FN real3 normal_to_object(Scene s, Point at, real3 n) {
-  real3 turned = transform_normal(instance_of(s, at)->to_world, n);
+  real3 turned = normal_into_object(s, at, n);
   return unit_or(select3(at.instance == SPHERE_INSTANCE, n, turned), zero3());
 }
 FN real3 normal_to_world(Scene s, Point at, real3 n) {
-  real3 turned = transform_normal(instance_of(s, at)->to_object, n);
+  real3 turned = normal_out_of_object(s, at, n);
   return unit_or(select3(at.instance == SPHERE_INSTANCE, n, turned), zero3());
 }
 
@@ -53,11 +51,12 @@ FN Edges triangle_edges(Scene s, Point at) {
   Edges e;
   GLOBAL const Instance *instance = instance_of(s, at);
   GLOBAL const uint *corner = &s.indices[at.instance == SPHERE_INSTANCE ? 0u : 3u * at.primitive];
-  real3 v0 = load3(s.vertices[corner[0]]);
-  real3 e1 = load3(s.vertices[corner[1]]) - v0, e2 = load3(s.vertices[corner[2]]) - v0;
+  real3 v0 = vertex_at(s, at.instance, corner[0], at.time, at.in_time);
+  real3 e1 = vertex_at(s, at.instance, corner[1], at.time, at.in_time) - v0;
+  real3 e2 = vertex_at(s, at.instance, corner[2], at.time, at.in_time) - v0;
   int instanced = instance->root != NONE;
-  e.e1 = select3(instanced, transform_vector(instance->to_world, e1), e1);
-  e.e2 = select3(instanced, transform_vector(instance->to_world, e2), e2);
+  e.e1 = select3(instanced, vector_out_of_object(s, at, e1), e1);
+  e.e2 = select3(instanced, vector_out_of_object(s, at, e2), e2);
   return e;
 }
 
@@ -142,17 +141,11 @@ VALUE(to_camera_vector) { OUT3(0, turned_to_camera(s.camera[0], IN3(0))) }
 VALUE(window_point) {
   Camera c = s.camera[0];
   real3 p = IN3(0);
-  real scale = c.kind == CAMERA_PERSPECTIVE ? REAL(1.0) / p.z : REAL(1.0);
-  real2 seen = make_real2(p.x * scale, p.y * scale);
-#if SCENE_FEATURES & FEATURE_PANORAMA
-  if (is_panorama(c.kind)) {
-    seen = panorama_window(c, c.kind, unit_or(p, zero3()));
-    seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y)); /* Cycles shifts pictures only */
-  }
-#endif
-  real left = to_real(c.left), bottom = to_real(c.bottom);
-  OUT3(0, make_real3((seen.x - left) / (to_real(c.right) - left), (seen.y - bottom) / (to_real(c.top) - bottom),
-                     REAL(0.0)))
+  real2 seen = seen_by_camera(c, p, unit_or(p, zero3()));
+  /* Cycles shifts pictures only. */
+  if (is_panorama(c.kind)) seen = make_real2(seen.x + to_real(c.shift_x), seen.y + to_real(c.shift_y));
+  seen = share_of_window(c, seen);
+  OUT3(0, make_real3(seen.x, seen.y, REAL(0.0)))
 }
 
 /* 1 within half of the size of an edge of the triangle, metres; o.data: pixels, as they are seen from the side. */
@@ -176,7 +169,7 @@ VALUE(wireframe) {
 /* A vertex's normal in the object's space. Those of meshes that lie in world space were turned there. */
 FN real3 vertex_normal(Scene s, Point at, uint vertex) {
   GLOBAL const Instance *instance = instance_of(s, at);
-  real3 n = load3(s.normals[instance->first_normal + vertex]);
+  real3 n = stored_normal(s, at, vertex);
   return select3(instance->root != NONE, n, unit_or(transform_normal(instance->to_world, n), n));
 }
 
@@ -189,10 +182,9 @@ VALUE(smooth_normal) {
   real3 flat = normal_to_object(s, at, at.backfacing ? zero3() - at.ng : at.ng);
   real3 n = flat;
   if (SCENE_FEATURES & s.world[0].features & FEATURE_SMOOTH) {
-    uint first = 0u - instance->first_normal; /* any normal will do */
-    real3 n0 = vertex_normal(s, at, smooth ? corner[0] : first);
-    real3 n1 = vertex_normal(s, at, smooth ? corner[1u + swap] : first);
-    real3 n2 = vertex_normal(s, at, smooth ? corner[2u - swap] : first);
+    real3 n0 = vertex_normal(s, at, corner[0]);
+    real3 n1 = vertex_normal(s, at, corner[1u + swap]);
+    real3 n2 = vertex_normal(s, at, corner[2u - swap]);
     n = n0 * (REAL(1.0) - at.u - at.v) + n1 * at.u + n2 * at.v;
   }
   OUT3(0, select3(smooth, n, flat))

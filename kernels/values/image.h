@@ -4,6 +4,7 @@
  * src/kernel/device/cpu/image.h): a picture by sRGB's curve is interpolated as it is stored and decoded thereafter. */
 #ifndef ISOPHOTE_VALUES_IMAGE_H
 #define ISOPHOTE_VALUES_IMAGE_H
+#include "object_space.h"
 #include "value.h"
 
 /* X(number, name, inputs, outputs) */
@@ -185,8 +186,7 @@ VALUE(mirror_ball_place) {
  * which of the two each is: 1 where the object's normal looks along the axis. */
 VALUE(box_sides) {
   int in_object = at.instance < SPHERE_INSTANCE;
-  GLOBAL const Instance *instance = &s.instances[in_object ? at.instance : 0u];
-  real3 n = select3(in_object, transform_normal(instance->to_world, at.ns), at.ns);
+  real3 n = select3(in_object, normal_into_object(s, at, at.ns), at.ns);
   real3 a = abs3(n);
   a = a * (REAL(1.0) / max_real(a.x + a.y + a.z, REAL(1e-30)));
   real blend = to_real(o.number), limit = REAL(0.5) * (REAL(1.0) + blend), rest = REAL(1.0) - limit;

@@ -28,6 +28,13 @@ FN Point make_point(Surface at, Ray ray, Hit h, uint bounces, uint passed) {
   p.kind = ray.kind;
   p.bounces = bounces;
   p.passed = passed;
+  p.time = ray_time(ray);
+  p.in_time = 0u;
+  return p;
+}
+
+FN Point in_its_time(Scene s, Point p) {
+  p.in_time = SCENE_FEATURES & s.world[0].features & (FEATURE_MOTION | FEATURE_DEFORMATION);
   return p;
 }
 
@@ -50,7 +57,7 @@ FN_APART void run_steps(Scene s, uint first, uint count, Point at, real *r) {
 }
 
 FN void compute_values(Scene s, Material m, uint count, Surface at, Ray ray, Hit h, uint bounces, uint passed, real *r) {
-  if (count) run_steps(s, m.first_step, count, make_point(at, ray, h, bounces, passed), r);
+  if (count) run_steps(s, m.first_step, count, in_its_time(s, make_point(at, ray, h, bounces, passed)), r);
 }
 #else
 FN void compute_values(Scene s, Material m, uint count, Surface at, Ray ray, Hit h, uint bounces, uint passed, real *r) {}

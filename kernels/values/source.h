@@ -2,6 +2,7 @@
 #ifndef ISOPHOTE_VALUES_SOURCE_H
 #define ISOPHOTE_VALUES_SOURCE_H
 #include "attribute.h"
+#include "object_space.h"
 #include "value.h"
 
 /* X(number, name, inputs, outputs) */
@@ -46,9 +47,7 @@ VALUE(attribute) {
 }
 /* The point in the space of its object. */
 VALUE(object_point) {
-  int is_sphere = at.instance == SPHERE_INSTANCE;
-  GLOBAL const Instance *instance = &s.instances[is_sphere ? 0u : at.instance];
-  OUT3(0, select3(is_sphere, at.p, transform_point(instance->to_object, at.p)))
+  OUT3(0, select3(at.instance == SPHERE_INSTANCE, at.p, point_into_object(s, at, at.p)))
 }
 VALUE(backfacing) { OUT(0) = at.backfacing ? REAL(1.0) : REAL(0.0); }
 /* Weights of the triangle's second and third corner, in the mesh's own order. */
@@ -72,10 +71,8 @@ VALUE(instance_value) {
 }
 /* Where the object's own origin lies in Blender's world. */
 VALUE(object_location) {
-  int is_sphere = at.instance == SPHERE_INSTANCE;
-  GLOBAL const float *m = s.instances[is_sphere ? 0u : at.instance].to_world;
-  real3 place = make_real3(to_real(m[3]), to_real(m[7]), to_real(m[11])) + load3(s.world[0].origin);
-  OUT3(0, select3(is_sphere, zero3(), place))
+  real3 place = point_out_of_object(s, at, zero3()) + load3(s.world[0].origin);
+  OUT3(0, select3(at.instance == SPHERE_INSTANCE, zero3(), place))
 }
 /* The point in the camera's space; z is how far it lies before it. */
 VALUE(camera_point) {

@@ -3,7 +3,7 @@
  * the world's. */
 #ifndef ISOPHOTE_VALUES_SPACE_H
 #define ISOPHOTE_VALUES_SPACE_H
-#include "value.h"
+#include "object_space.h"
 
 #define KIND_POINT 0u
 #define KIND_VECTOR 1u
@@ -22,22 +22,19 @@ FN real3 normalize_or_0(real3 v) {
 }
 FN real3 where_point(ValueStep o, real3 moved) { return select3(o.data == KIND_POINT, moved, zero3()); }
 
-/* By a matrix, 3 rows of 4, whose inverse is given. */
-FN real3 transform_kind(ValueStep o, GLOBAL const float *m, GLOBAL const float *inverse, real3 v) {
-  real3 moved = transform_vector(m, v) + where_point(o, make_real3(to_real(m[3]), to_real(m[7]), to_real(m[11])));
-  return select3(o.data == KIND_NORMAL, normalize_or_0(transform_normal(inverse, v)), moved);
+FN real3 of_kind(ValueStep o, real3 point, real3 vector, real3 normal) {
+  return select3(o.data == KIND_NORMAL, normalize_or_0(normal), select3(o.data == KIND_POINT, point, vector));
 }
-FN uint instance_at(Point at) { return at.instance == SPHERE_INSTANCE ? 0u : at.instance; }
 
 VALUE(to_object) {
-  GLOBAL const Instance *instance = &s.instances[instance_at(at)];
   real3 v = IN3(0), from_origin = v - where_point(o, load3(s.world[0].origin));
-  real3 found = transform_kind(o, instance->to_object, instance->to_world, from_origin);
+  real3 found = of_kind(o, point_into_object(s, at, from_origin), vector_into_object(s, at, from_origin),
+                        normal_into_object(s, at, from_origin));
   OUT3(0, select3(at.instance == SPHERE_INSTANCE, v, found))
 }
 VALUE(from_object) {
-  GLOBAL const Instance *instance = &s.instances[instance_at(at)];
-  real3 v = IN3(0), from_origin = transform_kind(o, instance->to_world, instance->to_object, v);
+  real3 v = IN3(0), from_origin = of_kind(o, point_out_of_object(s, at, v), vector_out_of_object(s, at, v),
+                                          normal_out_of_object(s, at, v));
   real3 found = from_origin + where_point(o, load3(s.world[0].origin));
   OUT3(0, select3(at.instance == SPHERE_INSTANCE, v, found))
 }

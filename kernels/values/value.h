@@ -20,6 +20,8 @@ typedef struct {
   uint instance, primitive;
   int backfacing;
   uint kind, bounces, passed; /* of the ray: RAY_ bits, counts by kind as paths have them, transparent surfaces */
+  real time;                  /* of the shutter, */
+  uint in_time;               /* and which of FEATURE_MOTION and FEATURE_DEFORMATION are to be minded */
 } Point;
 
 #define VALUE(name) FN void value_##name(Scene s, ValueStep o, Point at, real *r, uint k)

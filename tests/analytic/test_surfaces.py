@@ -166,13 +166,15 @@ def test_film_transparent_keeps_what_the_veil_leaves():
 
 
 def test_holdout_takes_its_share_of_alpha():
-    """Behind a veil of transmittance t a holdout of weight w takes t w of the film's alpha; it is black in itself."""
+    """Behind a veil of transmittance t a holdout of weight w takes t w of the film's alpha, of an opaque one, too; it
+    is black in itself."""
     b = Builder((4, 4))
     b.world = 5.0
     b.add(quad((20, 0, -1), (50, 0, 0), (0, 50, 0)), program(("transparent", 0.75), ("emission", 0.5)))
     b.add(quad((20, 0, -2), (50, 0, 0), (0, 50, 0)), program(("holdout", 0.4), ("emission", 0.6)))
     light = 0.5 + 0.75 * 0.6
-    for film, alpha in ((True, 1 - 0.75 * 0.4), (False, 1)):
+    alpha = 1 - 0.75 * 0.4
+    for film in (True, False):
         seen = pixels(render(b.make(), 64, film_transparent=film))
         np.testing.assert_allclose(seen, np.broadcast_to((light, light, light, alpha), seen.shape), rtol=1e-6)
 

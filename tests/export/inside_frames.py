@@ -316,4 +316,19 @@ def test_an_export_that_failed_leaves_nothing():
     assert follower.unchanged_meshes(depsgraph) is None
 
 
+def test_displacement_follows_its_nodes():
+    """Meshes are taken over as they were before they were displaced."""
+    def build(tree, output):
+        tree.nodes.new("ShaderNodeValue").outputs[0].default_value = 0.25
+        tree.links.new(tree.nodes["Value"].outputs[0], output.inputs["Displacement"])
+    moving = material("moving", build)
+    owner = moving if hasattr(moving, "displacement_method") else moving.cycles
+    owner.displacement_method = "DISPLACEMENT"
+    add("square", square(materials=(moving,)))
+    first = render()[0].vertices
+    moving.node_tree.nodes["Value"].outputs[0].default_value = 1.0
+    second = render()[0].vertices
+    near(second - first, np.full((4, 3), 0.75))
+
+
 run_all(sys.modules[__name__])

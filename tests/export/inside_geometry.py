@@ -7,7 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 import bpy
 import numpy as np
-from common import add, cube, export, material, mesh, near, notes_of, run_all, square
+from common import NAMES, add, cube, export, material, mesh, near, node, notes_of, run_all, square
 
 
 def test_ngon_becomes_triangles():
@@ -216,19 +216,90 @@ def test_far_from_the_origin_nothing_is_lost():
     assert np.abs(scene.camera_to_world[:, 3]).max() <= 32
 
 
+def test_held_out_objects_are_holes_to_the_camera():
+    def veil(tree, output):
+        mix = node(tree, "ShaderNodeMixShader", output.inputs["Surface"], Fac=0.25)
+        node(tree, "ShaderNodeBsdfTransparent", mix.inputs[1])
+        node(tree, "ShaderNodeEmission", mix.inputs[2])
+
+    add("veil", square(materials=[material("veil", veil)])).is_holdout = True
+    ball = add("ball", cube())
+    ball["isophote_as_sphere"] = ball.is_holdout = True
+    unseen = add("unseen", square())
+    unseen.is_holdout, unseen.visible_camera = True, False
+    layer = in_collection(add("by collection", square()))
+    layer.holdout = layer.indirect_only = True
+    scene = export()
+    assert sorted(zip(scene.names["instances"], scene.instance_visibility, strict=True)) == [
+        ("by collection", 1), ("by collection", 30), ("unseen", 30), ("veil", 1), ("veil", 30)]
+    assert scene.names["spheres"] == ["ball", "ball"] and scene.sphere_visibility.tolist() == [1, 30]
+    programs = [p for p in range(len(scene.names["materials"])) if scene.names["materials"][p] == "veil"]
+    hole = scene.slot_materials[scene.instance_slots[scene.names["instances"].index("veil")]]
+    assert hole in programs and len(programs) == 2
+    steps = range(scene.material_first[hole], scene.material_first[hole + 1])
+    assert {NAMES[int(scene.instruction_op[k])][0]: scene.instruction_weight[k][0] for k in steps} == {
+        "transparent": 0.75, "holdout": 0.25}
+    assert not scene.notes
+
+
+def test_what_instances_ask_for_is_there_twice_of_held_out_objects():
+    def numbered(tree, output):
+        info = tree.nodes.new("ShaderNodeObjectInfo")
+        shine = node(tree, "ShaderNodeEmission", output.inputs["Surface"])
+        tree.links.new(info.outputs["Object Index"], shine.inputs["Strength"])
+
+    for index in (3, 4, 5):
+        made = add(f"{index}", square(materials=[bpy.data.materials.get("numbered") or material("numbered", numbered)]))
+        made.pass_index, made.is_holdout = index, index == 4
+    assert export().instance_values[:, 0].tolist() == [3, 4, 4, 5]
+
+
+def test_indirect_only_collections_are_hidden_from_the_camera():
+    in_collection(add("hidden", square())).indirect_only = True
+    assert export().instance_visibility.tolist() == [30]
+
+
+def test_shadow_catchers():
+    """Their visibility stands there twice; a note says where a transparent film, or a pass of its own, is missing."""
+    add("catcher", square()).is_shadow_catcher = True
+    held = add("held out", square())
+    held.is_shadow_catcher = held.is_holdout = True
+    add("usual", square())
+    scene = export()
+    assert "transparent film" in notes_of(scene, "catcher")[0]
+    assert sorted(zip(scene.names["instances"], scene.instance_visibility, strict=True)) == [
+        ("catcher", 31 | 31 << 10), ("held out", 1), ("held out", 30 | 30 << 10), ("usual", 31)]
+    assert scene.catches
+    bpy.context.scene.render.film_transparent = True
+    assert not export().notes
+
+
+def in_collection(ob):
+    """The layer collection of a collection that holds nothing else."""
+    made = bpy.data.collections.new(ob.name)
+    bpy.context.scene.collection.children.link(made)
+    bpy.context.scene.collection.objects.unlink(ob)
+    made.objects.link(ob)
+    return bpy.context.view_layer.layer_collection.children[made.name]
+
+
 def test_left_out_objects_are_named():
     add("smoke", bpy.data.volumes.new("smoke"))
     emitter = add("hairy", square())
     emitter.modifiers.new("p", "PARTICLE_SYSTEM").particle_system.settings.type = "HAIR"
-    add("held out", cube()).is_holdout = True
     bpy.context.scene.render.use_motion_blur = True
-    moving = add("moving", cube())
+    ball = add("ball", cube())
+    ball["isophote_as_sphere"] = True
+    growing = add("growing", cube())
+    count = growing.modifiers.new("array", "ARRAY")
     for frame in (0, 2):
-        moving.location.x = frame
-        moving.keyframe_insert("location", frame=frame)
+        ball.location.x = frame
+        ball.keyframe_insert("location", frame=frame)
+        count.count = 1 + 6 * frame
+        count.keyframe_insert("count", frame=frame)
     bpy.context.scene.cycles.rolling_shutter_type = "TOP"
     scene = export()
-    for name, word in (("smoke", "volume"), ("hairy", "hair"), ("held out", "holdout"), ("moving", "moves while"),
+    for name, word in (("smoke", "volume"), ("hairy", "hair"), ("ball", "sphere"), ("growing", "other vertices"),
                        ("Scene", "rolling shutter")):
         assert any(word in what for what in notes_of(scene, name)), (name, scene.notes)
 

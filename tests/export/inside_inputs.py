@@ -147,12 +147,43 @@ def test_mixed_shaders_keep_their_frames():
     assert not flags["diffuse"] & bumps and not flags["diffuse"] >> 16
 
 
-def test_true_displacement_is_named():
+def displacing(method):
+    """Along the normal by half of x, less 1/4."""
     made = bumpy("Displacement")
     owner = made if hasattr(made, "displacement_method") else made.cycles
-    owner.displacement_method = "DISPLACEMENT"
-    add("square", square(materials=(made,)))
-    assert "true displacement" in notes_of(export(), "bumpy")[0]
+    owner.displacement_method = method
+    node = next(each for each in made.node_tree.nodes if each.bl_idname == "ShaderNodeDisplacement")
+    node.inputs["Midlevel"].default_value, node.inputs["Scale"].default_value = 0.5, 0.5
+    parts = made.node_tree.nodes.new("ShaderNodeSeparateXYZ")
+    made.node_tree.links.new(node.inputs["Height"].links[0].from_socket, parts.inputs[0])
+    made.node_tree.links.new(parts.outputs[0], node.inputs["Height"])
+    return made
+
+
+def test_displacement_moves_vertices():
+    for method, smooth in (("DISPLACEMENT", True), ("DISPLACEMENT", False), ("BOTH", True)):
+        ob = add("square", square(materials=(displacing(method),), smooth=smooth), scale=(2.0, 1.0, 1.0))
+        scene = export()
+        near(scene.vertices[:, 2], 0.5 * scene.vertices[:, 0] - 0.25)
+        near(scene.vertices[:, :2], [(-1, -1), (1, -1), (1, 1), (-1, 1)])
+        slope = np.array([-0.5, 0.0, 1.0]) / np.sqrt(1.25) if method == "DISPLACEMENT" else np.array([0.0, 0.0, 1.0])
+        near(scene.normals, np.tile(slope, (4 if smooth else 0, 1)), 1e-6)
+        bends = (scene.instruction_flags & numbers()["INSTRUCTION_BUMPS"]).any()
+        assert bends == (method == "BOTH") and not scene.notes
+        bpy.data.objects.remove(ob)
+
+
+def test_objects_that_share_a_mesh_are_displaced_by_their_own_materials():
+    shared = square(materials=(material("plain"),))
+    _, moved, again = (add(name, shared, (3.0 * k, 0.0, 0.0)) for k, name in enumerate("abc"))
+    for ob in (moved, again):
+        ob.material_slots[0].link = "OBJECT"
+        ob.material_slots[0].material = displacing("DISPLACEMENT") if ob is moved else moved.material_slots[0].material
+    scene = export()
+    mesh = dict(zip(scene.names["instances"], scene.instance_mesh.tolist(), strict=True))
+    assert mesh["b"] == mesh["c"] != mesh["a"] and len(scene.mesh_normals) == 2
+    heights = [scene.vertices[scene.mesh_vertices[mesh[name]]:scene.mesh_vertices[mesh[name] + 1], 2] for name in "ab"]
+    near(heights, [[0, 0, 0, 0], [-0.75, 0.25, 0.25, -0.75]])
 
 
 def test_what_needs_rays_is_named():

@@ -6,7 +6,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 import bpy
 import numpy as np
-from common import add, export, near, node, notes_of, run_all
+from common import add, export, near, node, notes_of, run_all, square
 
 AREA_UNIT = 1.0 if bpy.app.version >= (4, 0, 0) else np.pi / 4  # docs/units.md
 
@@ -20,6 +20,51 @@ def lamp(kind, **settings):
 
 
 DISK = 4  # LIGHT_DISK of kernels/scene_records.h: soft falloff, which lamps have unless asked
+
+
+def test_light_linking():
+    """Sets by what collections include and exclude; masks of emitters; instancers' sets count before their objects'."""
+    if bpy.app.version < (4, 0, 0):
+        return
+
+    def listed(included=(), excluded=()):
+        made = bpy.data.collections.new("listed")
+        for each in (*included, *excluded):
+            made.objects.link(each)
+        for row, each in zip(made.collection_objects, made.objects, strict=True):
+            row.light_linking.link_state = "EXCLUDE" if each in excluded else "INCLUDE"
+        return made
+
+    a, b, c = (add(name, square()) for name in "abc")
+    group = bpy.data.collections.new("group")
+    group.objects.link(add("member", square(), collection=bpy.data.collections.new("elsewhere")))
+    instancer = add("instancer", None)
+    instancer.instance_type, instancer.instance_collection = "COLLECTION", group
+    only, but = (add(name, lamp("POINT")) for name in ("only", "but"))
+    add("plain", lamp("SUN"))
+    only.light_linking.receiver_collection = listed([a, instancer])
+    outer = listed([a])
+    outer.children.link(listed([c]))  # whose own states do not count
+    outer.collection_children[0].light_linking.link_state = "EXCLUDE"
+    but.light_linking.receiver_collection, but.light_linking.blocker_collection = outer, listed(excluded=[b])
+    c.light_linking.receiver_collection = listed(excluded=[a])
+    scene = export()
+    receivers, blockers = (dict(zip(scene.names["instances"], column, strict=True)) for column in scene.instance_sets.T)
+    assert receivers["b"] == 0 and len({receivers[name] for name in ("a", "b", "c", "member")}) == 4
+    assert blockers["b"] == 1 and blockers["a"] == blockers["c"] == blockers["member"] == 0
+    masks = dict(zip(scene.names["lights"], scene.light_unlinked.tolist(), strict=True))
+    bit = {name: 1 << int(number) for name, number in receivers.items()}
+    assert masks["only"] == [bit["b"] | bit["c"], 0] and masks["plain"] == [0, 0]
+    assert masks["but"] == [bit["b"] | bit["c"] | bit["member"], 0b10]
+    assert dict(zip(scene.names["instances"], scene.instance_unlinked[:, 0], strict=True))["c"] == bit["a"]
+    assert not scene.notes
+
+
+def test_nothing_linked_is_nothing():
+    add("a", square())
+    add("lamp", lamp("POINT"))
+    scene = export()
+    assert not scene.instance_sets.any() and not scene.light_unlinked.any()
 
 
 def test_point_and_spot():

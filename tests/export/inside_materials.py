@@ -372,7 +372,7 @@ def test_without_nodes_and_without_material():
     add("empty slot", square(materials=(None,)))
     scene = export()
     check(program(scene, "plain"), ("diffuse", (0.1, 0.2, 0.3), {}))
-    check(program(scene, "default"), ("diffuse", 0.8, {}))
+    check(program(scene, "default_surface"), ("diffuse", 0.8, {}))
     assert len(scene.material_first) == 3
 
 

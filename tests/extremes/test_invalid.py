@@ -41,7 +41,7 @@ def films_of(prepared, samples=1, **changes):
     settings = settings_for(samples, **changes)
     region = (0, 0, SIZE, SIZE)
     mine, other = (draw(prepared, region, samples, settings) for draw in (openmp_film, opencl_film))
-    assert all(differing_floats(mine.sum(plane), other.sum(plane)) == 0 for plane in range(mine.planes))
+    assert all(differing_floats(mine.sum(plane), other.sum(plane)) == 0 for plane in range(mine.planes.sums))
     return mine
 
 
@@ -74,7 +74,7 @@ def test_large_light_does_not_overflow_the_film(value):
 def test_other_precisions_see_them_too(precision):
     settings = settings_for(4, precision=precision)
     film = openmp_film(broken(ready(scene()), np.nan), (0, 0, SIZE, SIZE), 4, settings)
-    assert film.sum(INVALID).sum() > 0 and all(np.isfinite(film.sum(plane)).all() for plane in range(film.planes))
+    assert film.sum(INVALID).sum() > 0 and all(np.isfinite(film.sum(plane)).all() for plane in range(film.planes.sums))
 
 
 def test_other_passes_hold_numbers_only():
@@ -84,6 +84,6 @@ def test_other_passes_hold_numbers_only():
     buffers["instructions"]["weight"][0] = np.nan
     prepared.buffers = buffers
     lean, full = films_of(prepared, 4), films_of(prepared, 4, passes=("combined", "albedo"))
-    assert all(np.isfinite(full.sum(plane)).all() for plane in range(full.planes))
+    assert all(np.isfinite(full.sum(plane)).all() for plane in range(full.planes.sums))
     assert all(differing_floats(lean.sum(plane), full.sum(plane)) == 0 for plane in range(8))
     assert (full.sum(INVALID) > lean.sum(INVALID)).any()

@@ -39,7 +39,7 @@ def slivers(shape, pieces):
     return join(*parts)
 
 
-def room(shape):
+def room(shape, normals=None, **arrays):
     """A room of walls of albedo 0.9 without a lamp, in a blinding world."""
     b = Builder((16, 16))
     b.world = 1e6
@@ -47,8 +47,8 @@ def room(shape):
     b.lamp(SUN, 1e6, look_at((1, 2, 3), (0, 0, 0)), (0.1, 0))
     b.lamp(POINT, 1e6, look_at((9, 2, 3), (0, 0, 0)), (0.1, 0))
     vertices, triangles = shape
-    b.add((vertices, triangles[INSIDE]), diffuse(0.9))
-    return b.make()
+    b.add((vertices, triangles[INSIDE]), diffuse(0.9), normals=normals)
+    return b.make(**arrays)
 
 
 def turned(shape, seed):
@@ -67,6 +67,20 @@ def test_closed_rooms_let_nothing_in(space):
              "pixels that light has reached") as row:
         for name, shape in ROOMS.items():
             row.see(np.count_nonzero(pixels(film(spaces(room(shape))[space], samples))[..., 0]), name)
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_lifted_rays_let_nothing_in(space):
+    """Rooms with the normals of a ball, from which rays to lights start as high as they may."""
+    samples = step(128, 2048)
+    with Row("leaks", f"smooth closed rooms, shadow terminator offsets 0.1 and 1, {space}",
+             "pixels that light has reached") as row:
+        for name in ("box", "turned box", "ball"):
+            vertices, triangles = ROOMS[name]
+            normals = -vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+            for offset in (0.1, 1.0):
+                scene = room((vertices, triangles), normals=normals, instance_terminator=[offset])
+                row.see(np.count_nonzero(pixels(film(spaces(scene)[space], samples))[..., 0]), f"{name}, {offset}")
 
 
 # ------------------------------------------------------------------ acne and cracks

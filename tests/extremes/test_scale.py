@@ -47,6 +47,7 @@ def test_powers_of_two_change_no_bit(how):
     But not those whose materials compute values: textures in space do not grow with what they are on.
     """
     scenes = {name: make() for name, make in SCENES.items()} | {"room": room(), "room, instanced": instanced(room())}
+    scenes["in motion"] = changed(scenes["between_frames"], vectors=0)
     scenes = {name: scene for name, scene in scenes.items() if not len(scene.step_op)}
     grow = scaled_vertices if how == "applied" else scaled
     exponents = f"{len(EXPONENTS)} of -20 ... 20"

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from bench.parity import differing_floats, expose, full_frame
+from bench.specialise import WANTING
 from isophote.device import list_kind, open_device
 from isophote.film import Film
 from isophote.materials import OPERATIONS
@@ -42,8 +43,9 @@ def scaled(scene: Scene, factor: float) -> Scene:
     return changed(
         scene, camera_to_world=far(scene.camera_to_world), camera_clip=scene.camera_clip * factor,
         camera_lens=scene.camera_lens * (factor, factor, 1, 1, 1),
-        camera_window=scene.camera_window * (factor if scene.camera_kind else 1), vertices=scene.vertices,
-        instance_to_world=scene.instance_to_world * factor, sphere_center=scene.sphere_center * factor,
+        camera_window=scene.camera_window * (factor if scene.camera_kind == 1 else 1), vertices=scene.vertices,
+        instance_to_world=scene.instance_to_world * factor, key_to_world=scene.key_to_world * factor,
+        camera_poses=scene.camera_poses * ([factor] * 3 + [1] * 4), sphere_center=scene.sphere_center * factor,
         sphere_radius=scene.sphere_radius * factor, light_to_world=far(scene.light_to_world),
         light_size=scene.light_size * np.where(sun, 1, factor),
         light_strength=scene.light_strength * np.where(sun, 1, factor ** 2))
@@ -51,9 +53,11 @@ def scaled(scene: Scene, factor: float) -> Scene:
 
 def scaled_vertices(scene: Scene, factor: float) -> Scene:
     """As `scaled`, but what grows are the meshes and not their instances' matrices."""
-    grown, matrices = scaled(scene, factor), scene.instance_to_world.copy()
+    grown, matrices, keys = scaled(scene, factor), scene.instance_to_world.copy(), scene.key_to_world.copy()
     matrices[:, :, 3] *= factor
-    return changed(grown, instance_to_world=matrices, vertices=scene.vertices * np.float32(factor))
+    keys[:, :, 3] *= factor
+    return changed(grown, instance_to_world=matrices, key_to_world=keys, vertices=scene.vertices * np.float32(factor),
+                   key_vertices=scene.key_vertices * np.float32(factor))
 
 
 def moved(scene: Scene, offset) -> Scene:
@@ -75,7 +79,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
     normals = scene.normals @ linear
     a["normals"] = (normals / np.linalg.norm(normals, axis=-1, keepdims=True)).astype(np.float32)
     if np.linalg.det(linear) < 0:  # outside stays outside
-        a["triangles"], a["normals"] = a["triangles"][:, [0, 2, 1]], a["normals"][:, [0, 2, 1]]
+        a["triangles"] = a["triangles"][:, [0, 2, 1]]
     into = scene.instance_to_world
     into = np.concatenate([into[:, :, :3] @ linear, into[:, :, :3] @ matrix[:, 3:] + into[:, :, 3:]], axis=2)
     meshes, slots = len(scene.mesh_normals), int(scene.triangle_slots.max(initial=0)) + 1
@@ -84,7 +88,9 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
         "instance_mesh": np.append(scene.instance_mesh, np.arange(meshes)),
         "instance_to_world": np.concatenate([into, np.broadcast_to(place(), (meshes, 3, 4))]),
         "instance_visibility": np.append(scene.instance_visibility, np.zeros(meshes)),
+        "instance_terminator": np.append(scene.instance_terminator, np.zeros(meshes)),
         "instance_slots": np.append(scene.instance_slots, np.full(meshes, len(scene.slot_materials))),
+        "instance_keys": np.append(scene.instance_keys, np.zeros(meshes)),
         "slot_materials": np.append(scene.slot_materials, np.full(slots, black)),
         "material_first": np.append(scene.material_first, len(scene.instruction_op) + 1),
         "instruction_op": np.append(scene.instruction_op, OPERATIONS["diffuse"][0]),
@@ -120,10 +126,10 @@ def for_any_scene(prepared):
     lights = n["FEATURE_LIGHTS"] | n["FEATURE_LAMPS"] | n["FEATURE_VISIBLE_LIGHTS"]
     every = sum(value for name, value in n.items() if name.startswith("FEATURE_")) & ~lights
     every |= lights if prepared.features & lights else 0
-    # These say that there is an array of slots, and values that are computed of surfaces, the world and lights.
-    there = ("SLOTS", "VALUES", "BUMP", "WORLD", "WORLD_LIGHT", "WORLD_SUN", "SHINES", "LENS", "CAMERA_MOTION")
+    # These say that there are arrays of slots and poses, and values that are computed of surfaces, the world, lights.
+    there = ("SLOTS", "VALUES", "BUMP", "LENS", *WANTING)
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
-    closures = [number for name, (number, _) in OPERATIONS.items() if name != "emission"]
+    closures = [number for name, (number, _) in OPERATIONS.items() if name not in ("emission", "extinction", "scattering")]
     unused = make_records("Instruction", len(closures), op=closures)
     tables = prepared.buffers["albedo_tables"]
     buffers = prepared.buffers | {"instructions": np.concatenate([prepared.buffers["instructions"], unused]),
@@ -158,7 +164,7 @@ def film(scene: Scene, samples: int = 64, **changes) -> Film:
     region = settings.region or full_frame(scene)
     mine = openmp_film(prepared, region, samples, settings)
     other = opencl_film(prepared, region, samples, settings)
-    differing = sum(differing_floats(mine.sum(plane), other.sum(plane)) for plane in range(mine.planes))
+    differing = sum(differing_floats(mine.sum(plane), other.sum(plane)) for plane in range(mine.planes.sums))
     assert not differing, f"{differing} floats differ between OpenMP and OpenCL"
     return mine
 
@@ -176,7 +182,7 @@ def rgb(made: Film) -> np.ndarray:
 
 def differing(a: Film, b: Film) -> int:
     """Sums that differ in a bit."""
-    return sum(differing_floats(a.sum(plane), b.sum(plane)) for plane in range(a.planes))
+    return sum(differing_floats(a.sum(plane), b.sum(plane)) for plane in range(a.planes.sums))
 
 
 def rounding(made: Film, exact: Film) -> float:

@@ -6,27 +6,25 @@ from pathlib import Path
 
 from bench.common import ROOT
 from bench.cycles_compare import render_both, same_bits
-from bench.cycles_process import find_python, run_script
+from bench.cycles_process import run_script
 from bench.replicates import compare_replicates
-from tests.conftest import missing
 
 SIZE = 48  # pixels, of the longer side
 
 
 def made(script: str, blend: Path, *arguments: str) -> Path:
-    """The scene that a script of blend_scenes makes; skips the test where there is no bpy module."""
-    if find_python() is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
+    """The scene that a script of blend_scenes makes."""
     run_script(ROOT / "blend_scenes" / script, "--", blend, *arguments, makes=blend)
     return blend
 
 
-def assert_agrees(blend: Path, samples: int, replicates: int, noise: float, slack: float = 2e-4) -> dict:
+def assert_agrees(blend: Path, samples: int, replicates: int, noise: float, slack: float = 2e-4, over=None) -> dict:
     """Means, tiles and pixels, `noise` times Cycles' variance at most, and the same bits from OpenCL.
 
-    Means may differ by half as much again as their interval and by `slack`. Gives compare_replicates' findings.
+    Means may differ by half as much again as their interval and by `slack`; `over` as in render_both. Gives
+    compare_replicates' findings.
     """
-    renders = render_both(blend, SIZE, samples, replicates)
+    renders = render_both(blend, SIZE, samples, replicates, over)
     assert not renders["scene"].notes, renders["scene"].notes
     found = compare_replicates(renders["isophote"], renders["cycles"])
     for mean in found["means"]:

@@ -22,6 +22,14 @@ def make_blends(script: str, folder: Path) -> None:
         raise CyclesError(f"{script} made no scenes:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
 
 
+def patches_of(pictures: np.ndarray, pixels: int) -> np.ndarray:
+    """(replicates, patches, pixels, 3) of pictures (replicates, h, w, 3)."""
+    count, height, width, _ = pictures.shape
+    rows, columns = height // pixels, width // pixels
+    patches = pictures.reshape(count, rows, pixels, columns, pixels, 3).swapaxes(2, 3)
+    return patches.reshape(count, rows * columns, -1, 3)
+
+
 def differences(blend: Path, columns: int, pixels: int) -> tuple[dict[str, np.ndarray], list]:
     """({name of a patch: largest difference of a colour's parts at each of its pixels}, the export's notes)."""
     both = render_both(blend, 0, SAMPLES, REPLICATES)

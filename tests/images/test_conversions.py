@@ -1,11 +1,8 @@
 """The nodes of the Converter, Color and Vector menus against Cycles, in all of their modes, pixel by pixel."""
 
-import os
-
 import numpy as np
 import pytest
 
-from bench.cycles_process import find_python
 from tests.images.patches import differences, make_blends
 
 # What is left of the pixel filter moves a sample by some 1/1000 of a pixel; where a value jumps, across the jump.
@@ -15,9 +12,6 @@ CONSTANT = 1e-4  # what Blender itself says of a curve, where Cycles has a table
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    if find_python() is None:
-        why = "no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS"
-        pytest.fail(why) if os.environ.get("CI") == "true" else pytest.skip(why)
     made = tmp_path_factory.mktemp("conversions")
     make_blends("make_conversions.py", made)
     return made

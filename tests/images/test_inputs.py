@@ -1,13 +1,10 @@
 """Input nodes, normals and Light Path against Cycles: make_inputs.py and make_normals.py, patch by patch."""
 
-import os
-
 import numpy as np
 import pytest
 
 from bench.cycles_compare import render_both
-from bench.cycles_process import find_python
-from tests.images.patches import make_blends
+from tests.images.patches import make_blends, patches_of
 
 PATCH = 32  # pixels
 # Samples of a replicate and replicates; what means of a patch may be apart, in parts, beyond what noise explains.
@@ -18,21 +15,10 @@ POINTWISE, SHOWN = 1e-3, ("inputs", "instances", "steps")  # difference of nine 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    if find_python() is None:
-        why = "no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS"
-        pytest.fail(why) if os.environ.get("CI") == "true" else pytest.skip(why)
     made = tmp_path_factory.mktemp("inputs")
     for script in ("make_inputs.py", "make_normals.py"):
         make_blends(script, made)
     return made
-
-
-def patches_of(pictures: np.ndarray) -> np.ndarray:
-    """(replicates, patches, pixels, 3) of pictures (replicates, h, w, 3)."""
-    count, height, width, _ = pictures.shape
-    rows, columns = height // PATCH, width // PATCH
-    patches = pictures.reshape(count, rows, PATCH, columns, PATCH, 3).swapaxes(2, 3)
-    return patches.reshape(count, rows * columns, -1, 3)
 
 
 @pytest.mark.slow
@@ -41,7 +27,7 @@ def test_patches_agree(folder, name):
     samples, replicates, apart = RENDERED[name]
     both = render_both(folder / f"{name}.blend", 0, samples, replicates)
     assert not both["scene"].notes
-    ours, theirs = (patches_of(both[engine]) for engine in ("isophote", "cycles"))
+    ours, theirs = (patches_of(both[engine], PATCH) for engine in ("isophote", "cycles"))
     if name in SHOWN:
         pixels = np.abs(ours.mean(axis=0) - theirs.mean(axis=0)).max(axis=-1)
         assert not np.flatnonzero(np.quantile(pixels, 0.9, axis=1) > POINTWISE).tolist()

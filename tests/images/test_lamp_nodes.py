@@ -4,8 +4,7 @@ import pytest
 
 from tests.images.agreement import assert_agrees, made
 
-SAMPLES = 512
-REPLICATES = {"picture": 32}  # else 12, of which one tile of this one was rejected by chance: with 32 none is
+SAMPLES, REPLICATES = 256, 10
 # How noisy a picture may be at equal samples, as variance over Cycles'.
 # The tree of lights knows the brightest that a program may be, not where, nor which of two lamps in a cluster lights a
 # place: what one lamp alone lights is noisier then.
@@ -18,5 +17,5 @@ NOISE = {"spread": 1.5, "narrow": 1.5, "stretched": 1.5, "hidden": 1.5, "hidden_
 @pytest.mark.parametrize("case", NOISE)
 def test_pictures_agree(case, tmp_path):
     blend = made("nodes/make_lamps.py", tmp_path / "lamps.blend", case)
-    found = assert_agrees(blend, SAMPLES, REPLICATES.get(case, 12), NOISE[case])
+    found = assert_agrees(blend, SAMPLES, REPLICATES, NOISE[case])
     assert all(mean["half_interval"] < 0.01 for mean in found["means"]), found

@@ -2,9 +2,7 @@
 
 import pytest
 
-from bench.cycles_process import find_python
 from bench.shaders import MAKER, compare_shaders
-from tests.conftest import missing
 
 CLOSE = 0.01  # relative, of a channel's mean over a ball
 # Cycles drops what is left after 256 flights, of light colours in dense media some per cent. There (tests/analytic has
@@ -14,8 +12,6 @@ BRIGHTER = {"node, nearly white": 0.04, "skin": 0.015, "skin, anisotropy 0.8": 0
 
 @pytest.mark.slow
 def test_balls_agree():
-    if find_python() is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
     rows, bits = compare_shaders("", samples=32, replicates=8, maker=MAKER.with_name("make_subsurface.py"))
     assert len(rows) > 20 and bits.get("differing", 0) == 0
     off = {row["shader"]: row for row in rows

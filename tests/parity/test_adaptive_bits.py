@@ -91,5 +91,5 @@ def test_adaptive_renders_resumed_within_a_turn_are_the_same(tmp_path, monkeypat
 def test_the_pictures_blocks_are_those_of_a_film():
     """What the listed pixels were compared with."""
     film = expose_region(NAME, REGION)
-    for plane in range(film.planes):
+    for plane in range(film.planes.sums):
         assert (film.sum(plane) == whole_blocks()[0, plane]).all()

@@ -35,6 +35,7 @@ from tests.scenes import ready
 
 BOUNCES = dict(max_bounces=12, diffuse_bounces=6)
 SAMPLES = 96  # one block and a half: the last block stays open
+MATTES = ("crypto_object", "crypto_material", "crypto_asset")
 POCL = "Portable Computing Language"
 
 
@@ -82,8 +83,9 @@ def test_scenes_show_something(name):
     film = plain_film(name)
     passes = make_passes(film, EVERY_PASS)
     assert all(np.isfinite(image).all() for image in passes.values())
-    assert (passes["Combined"][..., :3].sum(-1) > 0).mean() > 0.7
-    assert len(np.unique(passes["Combined"][..., 0])) > 0.6 * film.shape[0] * film.shape[1]
+    shown = passes["Combined"][..., :3] + np.abs(passes["Shadow Catcher"] - 1)
+    assert (shown.sum(-1) > 0).mean() > 0.7
+    assert len(np.unique(shown[..., 0])) > 0.6 * film.shape[0] * film.shape[1]
     assert len(np.unique(passes["Depth"])) > 10 and passes["Error"].max() > 0
     if settings_of(name).film_transparent:
         assert passes["Combined"][..., 3].min() < 1
@@ -155,9 +157,11 @@ def test_regions_apart(name):
     for region in ((0, 0, x, y), (x, 0, width, y), (0, y, x, height), (x, y, width, height)):
         part = film_of(name, region=region)
         x0, y0, x1, y1 = region
-        for plane in range(whole.planes):
+        for plane in range(whole.planes.sums):
             mine = np.ascontiguousarray(whole.sum(plane)[y0:y1, x0:x1])
             assert differing_floats(mine, part.sum(plane)) == 0, (region, plane)
+        for mine, others in zip(*(make_passes(f, MATTES).values() for f in (whole, part)), strict=True):
+            assert differing_floats(mine[y0:y1, x0:x1], others) == 0, region
 
 
 def test_other_passes_change_nothing(name):
@@ -189,7 +193,7 @@ def test_opencl(name):
     assert_same(whole, render_in_parts(device, region, settings))
     assert_same(whole, render_in_parts(device, region, settings, 3, step=16))
     part = expose(device, Film((3, 2, 17, 13), film_planes(settings)), 64, settings)
-    for plane in range(part.planes):
+    for plane in range(part.planes.sums):
         mine = expose_region(name, (3, 2, 17, 13)).sum(plane)
         assert differing_floats(mine, part.sum(plane)) == 0
     device.close()

@@ -5,10 +5,12 @@ import pytest
 from noise_device import tiny_scene
 
 from isophote import geometry, trees
+from isophote.device import list_kind
 from isophote.geometry import make_geometry
 from isophote.prepare import prepare
 from isophote.records import numbers
 from isophote.validate import check
+from tests.conftest import missing
 from tests.scenes import SUN, Builder, ball, box, diffuse, look_at, place, program, quad, render
 
 N = numbers()
@@ -189,15 +191,49 @@ def test_every_input_counts():
     def with_slots():
         scene = some_scene()
         scene.arrays["triangle_slots"] = np.zeros(len(scene.triangles), np.uint16)
+        count = int(scene.mesh_vertices[1])
+        scene.arrays["instance_keys"][0] = scene.arrays["mesh_keys"][0] = 2
+        scene.arrays |= {"key_to_world": np.stack([scene.instance_to_world[0]] * 2),
+                         "key_vertices": np.tile(scene.vertices[:count], (2, 1)),
+                         "key_normals": np.zeros((2 * count, 3), np.float32)}
         return scene
 
     kept = make_geometry(with_slots())
     for name in geometry.INPUTS:
         scene = with_slots()
         array = scene.arrays[name].copy()
-        array.view(np.uint8).reshape(-1)[0] ^= 1
+        array.reshape(-1).view(np.uint8)[0] ^= 1
         scene.arrays[name] = array
         assert kept.changes(scene) == {name}
+
+
+@pytest.mark.parametrize("device", ["openmp", "opencl"])
+def test_frames_of_what_moves_give_the_bits_of_one_alone(device, monkeypatch):
+    """Trees whose boxes hold the way of another frame: instances and a mesh that deforms go elsewhere, or stay."""
+    def scene(turn, moves=True):
+        b = Builder((12, 10))
+        b.world = 0.5
+        b.look((0, -6, 1), (0, 0, 0), 0.4)
+        b.add(quad((0, 0, -1), (4, 0, 0), (0, 4, 0)), diffuse(0.5))
+        shape = ball(rings=6)
+        swollen = [(shape[0] * (1 + turn * k), shape[0]) for k in (-0.2, 0.0, 0.3)] if moves else None
+        keys = [place((k, 0, 0), (1, 0.5, 0.7), turn + k) for k in (-0.4, 0, 0.5)]
+        b.instance(b.mesh(shape, normals=shape[0], shapes=swollen), b.material(diffuse(0.7)),
+                   matrix=place((-1.2, 0, turn)))
+        b.instance(b.mesh(box(half=0.5)), b.material(diffuse(0.4)), keys=keys if moves else None)
+        return b.make()
+
+    if device == "opencl" and not list_kind("opencl"):
+        missing("no OpenCL device")
+    kept = make_geometry(scene(0.2))
+    assert kept.wide_tree
+    for following in (scene(0.25), scene(-0.5), scene(0.2, moves=False), scene(0.2)):
+        wanted = sums(render(following, 8, device=device))
+        made = make_geometry(following, kept)
+        monkeypatch.setattr("isophote.prepare.make_geometry", lambda scene, _=None, made=made: made)
+        assert sums(render(following, 8, device=device)) == wanted
+        monkeypatch.undo()
+        kept = made
 
 
 def test_trees_of_instances_stay_when_they_move():

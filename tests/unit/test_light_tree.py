@@ -94,6 +94,18 @@ PLACES = {"floor": ((0.3, 0.2, 0.0), (0, 0, 1)), "ceiling": ((1.0, 1.0, 5.0), (0
           "among them": ((1.0, -2.0, 2.6), (1, 0, 0)), "all sides": ((-1.0, 2.0, 1.0), None)}
 
 
+def test_clusters_know_what_part_of_them_lights_whom():
+    lights = scene_of(37)["lights"].copy()
+    lit = np.random.default_rng(2).random((len(lights), 5)) < (1.0, 0.5, 0.3, 0.1, 0.0)
+    tree, _, shares = make_light_tree(lights, lit)
+    brings = shares * tree["intensity"][:, None]
+    for row, child in enumerate(tree["child"].tolist()):
+        light = child & ~N["CLUSTER_LIGHT"]
+        whole = lit[light] * tree["intensity"][row] if light != child else brings[2 * child] + brings[2 * child + 1]
+        np.testing.assert_allclose(brings[row], whole, rtol=1e-5)
+    assert make_light_tree(lights)[2].shape == (len(tree), 0)
+
+
 def packed(call, normal):
     if normal is None:
         return 0x3FFF

@@ -134,7 +134,7 @@ def test_little_memory_means_fewer_paths_and_the_same_bits(monkeypatch):
     assert capped < paths
     for other in (scarce, tight, rendered(scene, prepared, "openmp")[0]):
         assert differing_floats(film.open, other.open) == 0 and other.samples == film.samples
-        assert all(differing_floats(film.sum(plane), other.sum(plane)) == 0 for plane in range(film.planes))
+        assert all(differing_floats(film.sum(plane), other.sum(plane)) == 0 for plane in range(film.planes.sums))
 
 
 def test_small_pictures_take_little_memory():

@@ -3,7 +3,7 @@ import pytest
 from noise_device import AOV_PLANES, radiance
 
 from isophote.film import COMBINED_PLANES, Film, FilmError
-from isophote.passes import PASSES, USUAL, check_passes, make_passes, planes_for
+from isophote.passes import PASSES, USUAL, channels_of, check_passes, make_passes, planes_for
 from isophote.planes import make_planes
 
 REGION = (2, 1, 9, 5)
@@ -37,9 +37,11 @@ def test_depth_and_position_are_those_of_sample_0():
 
 
 def test_every_pass_has_its_shape_and_type():
-    for name, array in make_passes(exposed(2, planes=planes_for(PASSES)), PASSES).items():
-        entry = next(entry for entry in PASSES.values() if entry.blender_name == name)
-        assert array.shape == (4, 7, len(entry.channels)) and array.dtype == np.float32
+    channels = channels_of(PASSES, 5)
+    made = make_passes(exposed(2, planes=planes_for(PASSES, levels=5)), PASSES)
+    assert list(made) == list(channels) and {"CryptoAsset00", "CryptoAsset02"} < set(made)
+    for name, array in made.items():
+        assert array.shape == (4, 7, len(channels[name])) and array.dtype == np.float32
 
 
 def test_a_film_without_samples_is_black_not_nan():

@@ -1,11 +1,13 @@
 """Expressions and their programs: what is constant folds, registers hold what they should until it was read."""
 
+import re
+
 import numpy as np
 import pytest
 
 from isophote.material_program import make_material
 from isophote.materials import make_instruction
-from isophote.records import numbers
+from isophote.records import header, header_path, numbers
 from isophote.values import (
     ARITHMETIC,
     ProgramTooLarge,
@@ -36,6 +38,26 @@ def interpret(steps, point) -> np.ndarray:
         out = point if name == "position" else (number,) if name == "constant" else fold(name, given, repeat, number)
         registers[to:to + len(out)] = out
     return registers
+
+
+def test_operations_that_ask_where_the_object_is_are_listed():
+    """OBJECT_VALUES has all that call, themselves or through others, what tells it from its time."""
+    folder = header_path("values")
+    text = "".join(header(f"values/{path.name}") for path in sorted(folder.glob("*.h")))
+    bodies = {}
+    function = r"\n(?:FN [^(;]*?(?=\b\w+\()|VALUE\()(\w+)[^;{]*\{(.*?)(?=\n(?:FN|VALUE|#)|$)"
+    for name, body in re.findall(function, text, re.S):
+        bodies[name] = bodies.get(name, "") + body
+    asking = {"vertex_at", *re.findall(r"\w+(?=\(Scene s, Point at, )", header("values/object_space.h"))}
+    assert len(asking) == 8
+    while True:
+        callers = {name for name, body in bodies.items() if any(re.search(rf"\b{each}\(", body) for each in asking)}
+        if callers <= asking:
+            break
+        asking |= callers
+    body = re.search(r"OBJECT_VALUES\(X\)(.*?)\n\n", header("values/object_space.h"), re.S)[1]
+    listed = {operation_of(int(number)) for number in re.findall(r"X\((\d+)\)", body)}
+    assert listed == asking & operations().keys()
 
 
 def test_operations_are_numbered_once_and_fit():

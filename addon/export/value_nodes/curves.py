@@ -13,6 +13,7 @@ import numpy as np
 
 from isophote.values import Number, call1, divide, mix, varies
 
+from ... import compat
 from ..values import each, not_negative, triple
 
 ENTRIES = 256
@@ -107,8 +108,6 @@ OBSERVER = np.array([float(x) for x in """
     .0058 .0021 0 .0041 .0015 0 .0029 .0010 0 .0020 .0007 0 .0014 .0005 0 .0010 .0004 0
     .0007 .0002 0 .0005 .0002 0 .0003 .0001 0 .0002 .0001 0 .0002 .0001 0 .0001 0 0
     .0001 0 0 .0001 0 0 0 0 0""".split()]).reshape(81, 3)
-RGB_OF_XYZ = np.array([[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560],
-                       [0.0556434, -0.2040259, 1.0572252]])  # Rec. 709 (IEC 61966-2-1)
 BRIGHTEST = 2.52  # what Cycles divides by
 FIRST, LAST = 375.0, 780.0  # nm
 
@@ -116,7 +115,7 @@ FIRST, LAST = 375.0, 780.0  # nm
 def wavelength(values, node, socket, stack):
     """The first 5 nm are those of Cycles: its table's first two entries, straight on."""
     x = values.number(node, stack, "Wavelength")
-    entries = np.concatenate([2.0 * OBSERVER[:1] - OBSERVER[1:2], OBSERVER]) @ RGB_OF_XYZ.T / BRIGHTEST
+    entries = np.concatenate([2.0 * OBSERVER[:1] - OBSERVER[1:2], OBSERVER]) @ compat.RGB_OF_XYZ.T / BRIGHTEST
     if not varies(x):
         grid = np.linspace(FIRST, LAST, len(entries))
         return not_negative(triple(*(np.interp(x, grid, part, left=0.0, right=0.0) for part in entries.T)))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from isophote.values import ARITHMETIC, Value, call1, is_number, maximum, rewritten, square_root
+from isophote.values import ARITHMETIC, Number, Value, call1, is_number, maximum, rewritten, select, square_root
 
 from ... import compat
 from ..values import dot, outputs, source, triple
@@ -77,10 +77,12 @@ def bent(normal, height, strength, distance, filter_width: float):
     return source("bump", *normal, height, *beside, strength, distance, number=filter_width)
 
 
-def after_step(number, axis: int, length: float):
-    """The number at a place on the surface `length` footprints away, along one of two axes."""
+def after_step(number, axis: int, length: float, stretch: Number = 1.0):
+    """The number at a place on the surface `length` footprints away, along one of two axes; on the way there places
+    change `stretch` times as much as attributes."""
     footprint = [x * length for x in outputs("footprint")]
     step, weights = footprint[3 * axis:3 * axis + 3], footprint[6 + 2 * axis:8 + 2 * axis]
+    step = [x * stretch for x in step]
 
     def change(call, inputs):
         here = tuple(Value(call, k) for k in range(3))
@@ -138,6 +140,41 @@ def displaced_normal(values, vector):
     if beside == [height] * 2:
         return normal
     return source("bump", *normal, height, *beside, 1.0, 1.0, number=DISPLACEMENT_FILTER)
+
+
+def moved_normal(values, vector):
+    """The surface's normal where a displacement both moves and bends it.
+
+    As in Cycles (kernel/svm/bump.h, displace.h) vertices keep their normals, and bump looks at the surface as it was,
+    in the space of its object; but the places that it steps to lie in the plane of the surface as it is.
+    """
+    number = values.lookups.attribute("place")
+    place = triple(*outputs("attribute", data=number)[:3])
+    corner, second, third = (source("attribute_at", u, v, data=number) for u, v in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+    here = source("to_world_vector", *place) + source("object_location")
+    footprint = outputs("footprint")
+    width = call1("length", *footprint[:3])
+    sides = [(second - corner) * (footprint[k] / width) + (third - corner) * (footprint[k + 1] / width) for k in (6, 8)]
+    stretch = sum(call1("length", *source("to_world_vector", *side)) for side in sides) * 0.5
+
+    def before(call, inputs):
+        if call.name == "camera_point":
+            way = source("to_camera_vector", *(here - source("position")))
+            return tuple(Value(call, k) + way[k] for k in range(3))
+        return {"position": tuple(here), "object_point": tuple(place)}.get(call.name)
+
+    def height(at):
+        return dot([rewritten(x, before) for x in at], values.surface_normal)
+
+    high = height(vector)
+    rises = [(height([after_step(x, axis, DISPLACEMENT_FILTER, stretch) for x in vector]) - high) / width
+             for axis in (0, 1)]
+    upright = source("to_object_normal", *values.surface_normal)
+    slopes = cross(sides[1], upright), cross(upright, sides[0])
+    det = dot(sides[0], slopes[0])
+    bent = upright * (det * DISPLACEMENT_FILTER) - slopes[0] * rises[0] - slopes[1] * rises[1]
+    side = select(call1("less_than", det, 0.0), -1.0, 1.0)
+    return source("unit_normal", *source("to_world_normal", *(bent * side)))
 
 
 # ------------------------------------------------------------------ tangents

@@ -13,7 +13,6 @@ from isophote.values import maximum
 from ... import compat
 from ..images import Picture
 from ..values import Sun, each, outputs, triple
-from .curves import RGB_OF_XYZ
 from .images import EXTENSIONS, INTERPOLATIONS
 from .inputs import generated
 from .vectors import texture_mapped
@@ -42,7 +41,7 @@ def analytic(values, node, co):
     else:
         constants, of_chroma = skies.hosek_wilkie(sun, node.turbidity, node.ground_albedo), 0.0
     xyz = outputs("daylight", *co, data=values.lookups.table(constants), number=of_chroma)
-    return triple(*(maximum(sum(m * part for m, part in zip(row, xyz, strict=True)), 0.0) for row in RGB_OF_XYZ))
+    return triple(*(maximum(sum(m * part for m, part in zip(row, xyz, strict=True)), 0.0) for row in compat.RGB_OF_XYZ))
 
 
 def scattered(values, node, co):
@@ -63,7 +62,7 @@ def scattered(values, node, co):
         return color
     across = math.cos(elevation)
     towards = (-across * math.sin(rotation), across * math.cos(rotation), math.sin(elevation))
-    radiances = np.array([disc.low, disc.high]) @ RGB_OF_XYZ.T * node.sun_intensity
+    radiances = np.array([disc.low, disc.high]) @ compat.RGB_OF_XYZ.T * node.sun_intensity
     constants = [*towards, size / 2.0, disc.lowest, disc.factor, disc.summand, *radiances.ravel()]
     *glow, there = outputs("sun_disc", *co, data=values.lookups.table(constants))
     values.suns.append(Sun(np.array(towards), size / 2.0, co))
@@ -72,7 +71,7 @@ def scattered(values, node, co):
 
 def to_rgb(xyz: np.ndarray) -> np.ndarray:
     """Not below 0, as Cycles has it once it has interpolated."""
-    return np.maximum(xyz @ RGB_OF_XYZ.T.astype(np.float32), 0.0)
+    return np.maximum(xyz @ compat.RGB_OF_XYZ.T.astype(np.float32), 0.0)
 
 
 def wrapped(elevation: float, rotation: float) -> tuple[float, float]:

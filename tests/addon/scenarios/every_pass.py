@@ -63,7 +63,8 @@ layer = bpy.context.view_layer
 for kind in ("diffuse", "glossy", "transmission"):
     for of in ("direct", "indirect", "color"):
         setattr(layer, f"use_pass_{kind}_{of}", True)
-layer.use_pass_emit = layer.use_pass_environment = True
+layer.use_pass_emit = layer.use_pass_environment = layer.use_pass_ambient_occlusion = True
+scene.world.light_settings.distance = 2.5
 layer.use_pass_uv = layer.use_pass_mist = layer.use_pass_object_index = layer.use_pass_material_index = True
 layer.cycles.denoising_store_passes = True
 for number, thing in enumerate(bpy.data.objects):
@@ -73,13 +74,27 @@ for number, made in enumerate(bpy.data.materials):
 for name, kind in (("Place", "COLOR"), ("Share", "VALUE")):
     aov = layer.aovs.add()
     aov.name, aov.type = name, kind
-for made, share in ((bpy.data.materials["Floor"], 0.25), (bpy.data.materials["Glass"], 3.0)):
-    nodes = made.node_tree.nodes
+def aov_outputs(tree) -> list:
+    made = []
     for name in ("Place", "Share"):
-        node = nodes.new("ShaderNodeOutputAOV")
-        setattr(node, "aov_name" if hasattr(node, "aov_name") else "name", name)
-        node.inputs["Value"].default_value = share
-        made.node_tree.links.new(nodes.new("ShaderNodeNewGeometry").outputs["Position"], node.inputs["Color"])
+        made.append(tree.nodes.new("ShaderNodeOutputAOV"))
+        setattr(made[-1], "aov_name" if hasattr(made[-1], "aov_name") else "name", name)
+        tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Position"], made[-1].inputs["Color"])
+    return made
+
+
+for output in aov_outputs(bpy.data.materials["Floor"].node_tree):
+    output.inputs["Value"].default_value = 0.25
+group, nodes = bpy.data.node_groups.new("Outputs", "ShaderNodeTree"), bpy.data.materials["Glass"].node_tree.nodes
+if hasattr(group, "interface"):  # 4.0 and newer
+    group.interface.new_socket("Share", in_out="INPUT", socket_type="NodeSocketFloat")
+else:
+    group.inputs.new("NodeSocketFloat", "Share")
+within, entered = nodes.new("ShaderNodeGroup"), group.nodes.new("NodeGroupInput")
+within.node_tree = group
+within.inputs["Share"].default_value = 3.0
+for output in aov_outputs(group):
+    group.links.new(entered.outputs["Share"], output.inputs["Value"])
 for name in ("Sky", "Lights"):
     bpy.ops.scene.view_layer_add_lightgroup(name=name)
 scene.world.lightgroup = "Sky"

@@ -42,9 +42,9 @@ for name, position, shutter, steps, slowly in CAMERAS:
         render_to(scene, f"{names[-1]}_{engine}.exr")
         assert scene.frame_current == 3
 
-# Objects that move and meshes that deform are named.
+# Objects that move and meshes that deform, beside the camera.
 for name in ("moving", "bending"):
-    bpy.ops.mesh.primitive_cube_add(size=0.1)
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=(1.5, 1.0, 0.5))
     bpy.context.object.name = name
     keyed = bpy.context.object
     if name == "bending":
@@ -53,11 +53,26 @@ for name in ("moving", "bending"):
         key.data[0].co.z += 1.0
         keyed, what, values = key, "value", (0.0, 1.0)
     else:
-        what, values = "location", ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+        what, values = "location", ((-2.0, -1.0, 0.0), (-1.0, -1.5, 1.0))
     for frame, value in zip((1, 5), values, strict=True):
         setattr(keyed, what, value)
         keyed.keyframe_insert(what, frame=frame)
 scene.frame_set(3)
-scene.isophote.samples = 1
-render_to(scene, "named.exr")
+names.append("objects")
+for engine in ("CYCLES", "ISOPHOTE"):
+    scene.render.engine = engine
+    render_to(scene, f"objects_{engine}.exr")
+    assert scene.frame_current == 3
+
+# The same from frame to frame, for the Vector pass.
+scene.render.use_motion_blur = False
+layer = bpy.context.view_layer
+layer.use_pass_vector = True
+exr_output(scene, multilayer=True)
+for camera_name in ("perspective", "equirectangular"):
+    scene.camera.data.type = "PERSP" if camera_name == "perspective" else "PANO"
+    for engine in ("CYCLES", "ISOPHOTE"):
+        scene.render.engine = engine
+        render_to(scene, f"vectors_{camera_name}_{engine}.exr")
+        assert scene.frame_current == 3
 report(names=names)

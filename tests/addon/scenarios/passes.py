@@ -25,6 +25,8 @@ for layer in layers:
             setattr(layer, f"use_pass_{kind}_{of}", True)
     layer.use_pass_emit = layer.use_pass_environment = True
     layer.isophote.albedo = layer.isophote.sample_count = layer.isophote.error = layer.isophote.invalid = True
+for name in ("Depth", "CryptoObject01", "Combined_Key", "Own"):
+    layers[0].aovs.add().name = name
 exr_output(scene, multilayer=True)
 render_to(scene, "passes.exr")
 camera = scene.camera.matrix_world

@@ -6,8 +6,11 @@ from isophote.materials import make_instruction
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import ARITHMETIC, clamp
+from tests.parity.scenes.caught import caught
 from tests.parity.scenes.conversions import conversions
 from tests.parity.scenes.inputs import inputs
+from tests.parity.scenes.linked import linked
+from tests.parity.scenes.moving import between_frames, moving
 from tests.parity.scenes.pictures import pictures
 from tests.parity.scenes.shown import NAMED, shown
 from tests.parity.scenes.skies import under_skies
@@ -70,7 +73,7 @@ def spheres() -> Scene:
     b.add((shape[0] * 0.5 + (-1.2, -1.8, 0.4), shape[1]), GLASS, normals=shape[0] / 0.6)
     b.sphere((-0.9, -1.5, 0.1), 0.1, b.material(emission((4, 2, 1))))
     b.lamp(POINT, 300.0, place((3, -4, 5)), (0.3, 0))
-    return b.make()
+    return b.make(instance_terminator=[0.1, 0.3, 0.1])
 
 
 def instances() -> Scene:
@@ -95,7 +98,7 @@ def instances() -> Scene:
     for _ in range(3):
         b.instance(panel, veil, matrix=place((0.5, -2.2, 0.6), (1.5, 1, 1.2)))
     b.lamp(SUN, 2.0, look_at((3, -2, 6), (0, 0, 0)), (0.1, 0))
-    return b.make()
+    return b.make(instance_terminator=[0.1 * (k % 3) for k in range(len(b.instances))])
 
 
 def lamps() -> Scene:
@@ -266,7 +269,7 @@ def skins() -> Scene:
 
 SCENES = {scene.__name__: scene for scene in (
     cornell_like, spheres, instances, lamps, shaped_lamps, closures, rare_closures, conversions, inputs, pictures,
-    shown, under_skies, moving_panorama, skins, volumes, clouds)}
+    shown, under_skies, moving_panorama, skins, linked, moving, between_frames, caught, volumes, clouds)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -278,9 +281,13 @@ SETTINGS = {
     "rare_closures": dict(seed=8, film_transparent=True),
     "conversions": dict(max_bounces=2),
     "moving_panorama": dict(max_bounces=4),
+    "between_frames": dict(max_bounces=3),
+    "moving": dict(max_bounces=6, clamp_indirect=8.0),
     "inputs": dict(max_bounces=6),
     "shown": dict(film_transparent=True, named=NAMED),
     "skins": dict(film_transparent=True, clamp_indirect=4.0),
+    "linked": dict(film_transparent=True, max_bounces=5),
+    "caught": dict(film_transparent=True, max_bounces=5, clamp_indirect=10.0),
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
     "under_skies": dict(max_bounces=4),
     "clouds": dict(volume_bounces=2, max_bounces=4),

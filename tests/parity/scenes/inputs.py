@@ -87,4 +87,4 @@ def inputs() -> Scene:
     b.instance(meshes[2], bumpy, matrix=place((1.2, 1.8, 0.9), (1, 1, 1.5)), values=(0.4, 0.4))
     b.sphere((-0.9, 1.4, 0.5), 0.5, glowing)
     b.lamp(2, 2.0, place((0, 0, 5)), (0.1, 0))
-    return b.make()
+    return b.make(occlusion_distance=2.0)

@@ -1,7 +1,9 @@
-"""What passes show beside light: UV maps, pass indices, mist, AOVs, mirrors before what guides a denoiser."""
+"""What passes show beside light: UV maps, pass indices, mist, AOVs, mattes, occlusion, mirrors before what guides a
+denoiser."""
 
 import numpy as np
 
+from isophote.cryptomatte import ids_of
 from isophote.scene import Scene
 from isophote.values import ARITHMETIC
 from tests.scenes import POINT, Builder, ball, diffuse, emission, place, program, quad
@@ -34,5 +36,8 @@ def shown() -> Scene:
     b.lamp(POINT, 300.0, place((2, -3, 5)), size=(0.5, 0), flags=1 << 16)
     panel = b.mesh(quad((-2.5, 1, 2), (0.5, 0, 0), (0, 0, 0.5)), attributes=[(0, np.zeros((0, 1)))])
     b.instance(panel, b.material(emission((3, 2, 1))))
+    ids = ids_of(["Floor", "Veil", "Ball", "Ball", "Panel", "Rough"])
     return b.make(mist=(4.0, 5.0, 0.5), uv_attribute=[0], instance_index=[1, 2, 3, 40000, 0],
-                  sphere_index=[7], material_index=[0, 5, 0, 9, 0], instance_group=[0, 0, 0, 0, 3], world_group=2)
+                  sphere_index=[7], material_index=[0, 5, 0, 9, 0], instance_group=[0, 0, 0, 0, 3], world_group=2,
+                  instance_matte=np.stack([ids[:5], ids[[0, 1, 1, 1, 0]]], axis=1), sphere_matte=ids[None, [5, 0]],
+                  material_matte=ids_of("ABCDE"), occlusion_distance=1.5)
