@@ -80,6 +80,7 @@ class IsophoteSceneSettings(bpy.types.PropertyGroup):
     diffuse_bounces: bounces("diffuse_bounces", "Diffuse bounces of a path")
     glossy_bounces: bounces("glossy_bounces", "Glossy bounces of a path")
     transmission_bounces: bounces("transmission_bounces", "Bounces of a path through glass and the like")
+    volume_bounces: bounces("volume_bounces", "Times that volumes may scatter a path again, 0: once")
     transparent_bounces: bounces("transparent_bounces", "Transparent surfaces that a path may cross")
     clamp_direct: FloatProperty(
         name="Direct", description="Limit of a sample's direct light, 0 for none: a bias", min=0.0

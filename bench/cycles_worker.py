@@ -25,7 +25,8 @@ import bpy
 import numpy as np
 
 MARK = "ISOPHOTE-CYCLES "
-BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_max_bounces")
+BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
+           "transparent_max_bounces")
 UNBIASED = {
     "use_adaptive_sampling": False,
     "use_denoising": False,

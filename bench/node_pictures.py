@@ -38,6 +38,9 @@ SCENES = {
        for world in ("sky", "sunny", "ball", "hidden", "light_path", "lamps", "screens")},
     "shaders": ("make_shaders.py", ("{}/shaders.blend",), MANY),
     "subsurface": ("make_subsurface.py", ("{}/subsurface.blend",), MANY),
+    "volumes": ("make_volumes.py", ("{}/volumes.blend",), MANY),
+    **{kind: ("make_volume_scenes.py", ("--", f"{{}}/{kind}.blend", kind), MANY)
+       for kind in ("fog", "inside", "glow")},
     "skies": ("make_skies.py", ("--", "{}"), FEW),
     **{f"under_{sky}": ("make_skies.py", ("--", "{}"), MANY) for sky in ("sun", "hosek_wilkie")},
     **{lamp: ("make_lamps.py", ("--", f"{{}}/{lamp}.blend", lamp), MANY)

@@ -27,7 +27,7 @@ from bench.common import ROOT, in_turn, medians, print_row, seconds_of
 from bench.compile import SWITCHED_OFF
 from isophote.device import open_device
 from isophote.kernel_build import KernelBuild
-from isophote.materials import OPERATIONS
+from isophote.materials import OPERATIONS, closure_mask
 from isophote.prepare import Prepared, loaded_albedo_tables, prepare
 from isophote.records import feature_names, numbers
 from isophote.scene import load_scene
@@ -54,7 +54,7 @@ def generalised(prepared: Prepared) -> Prepared:
     if not len(slots):
         slots = np.zeros(prepared.buffers["indices"].size // 3, slots.dtype)
     buffers = prepared.buffers | {"world": world, "slots": slots, "albedo_tables": loaded_albedo_tables()}
-    operations = sum(1 << number for number, _ in OPERATIONS.values())
+    operations = closure_mask(number for number, _ in OPERATIONS.values())
     return replace(prepared, buffers=buffers, features=features, operations=operations)
 
 

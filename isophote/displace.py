@@ -103,7 +103,8 @@ def as_shown(scene: Scene, displacements: dict[int, Displacement], flat_normals:
                              if name.startswith(OF_INSTANCES) and len(array)}
     programs = [displacements[number].program if number in displacements else NOTHING
                 for number in range(len(scene.material_first) - 1)]
-    arrays = {name: array for name, array in arrays.items() if not name.startswith(("instruction_", "step_", "aov_"))}
+    arrays = {name: array for name, array in arrays.items()
+              if not name.startswith(("instruction_", "step_", "aov_")) and not name.endswith("_volume")}
     flat = [mesh for mesh in arrays["instance_mesh"].tolist() if scene.mesh_normals[mesh] < 0]
     first, added = scene.mesh_normals.copy(), [scene.normals]
     for mesh in flat:

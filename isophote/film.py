@@ -27,7 +27,8 @@ from isophote.turns import Turn, first_turn
 
 FORMAT = 5
 COMBINED_PLANES = Planes()
-LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
+LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
+          "transparent_bounces")
 
 
 class FilmError(ValueError):

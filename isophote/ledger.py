@@ -104,6 +104,7 @@ def invalid_entry(film: Film) -> dict:
 LABELS = {"clamp_direct": "Clamping direct light at {:g}", "clamp_indirect": "Clamping indirect light at {:g}",
           "max_bounces": "The limit of {} bounces", "diffuse_bounces": "The limit of {} diffuse bounces",
           "glossy_bounces": "The limit of {} glossy bounces", "transmission_bounces": "The limit of {} transmissions",
+          "volume_bounces": "The limit of {} further scatterings in volumes",
           "transparent_bounces": "The limit of {} transparent surfaces", "all_bounces": "All bounce limits together",
           "precision": "{} precision", "invalid_samples": "Invalid samples", "left_out": "Left out: {}"}
 

@@ -63,10 +63,10 @@ def make_material(instructions: list[Instruction], shown: Sequence[Shown | None]
     if count > numbers()["MOST_INSTRUCTIONS"]:
         raise ProgramTooLarge(f"it has {count} closures and layers, {numbers()['MOST_INSTRUCTIONS']} are possible")
     placed = [with_frame(each) for each in instructions]
-    transparent = OPERATIONS["transparent"][0]
+    transparent = OPERATIONS["transparent"][0], OPERATIONS["extinction"][0]
     framed = any(each.normal is not None for each in placed)
     reading = [instruction_varies(each) or (framed and each.op not in FRAMELESS) for each in placed]
-    shadow = [w for each in placed if each.op == transparent and varies(each.weight) for w in each.weight]
+    shadow = [w for each in placed if each.op in transparent and varies(each.weight) for w in each.weight]
     others = [number for each, reads in zip(placed, reading, strict=True) if reads
               for number in (*each.weight, *each.params, *(each.normal or ()), *(each.tangent or ()))]
     others += [number for three in shown if three and varies(three) for number in three]

@@ -13,6 +13,7 @@ whole (mix and add nodes, alpha, Principled's shares) is the instruction's weigh
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from isophote.values import Value
@@ -72,10 +73,21 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     # roughness: of the surface where light enters. diffuse: chance that it enters by Lambert's law instead. out: 1
     "subsurface": (31, ("radius_r", "radius_g", "radius_b", "albedo_r", "albedo_g", "albedo_b", "anisotropy", "ior",
                         "roughness", "diffuse", "out")),
+    # of volumes, which have no others but emission (per metre): weight is 1/m; extinction is folded into the material's
+    # record, and is what absorbs and what scatters together
+    "extinction": (64, ()),
+    "scattering": (65, ("anisotropy", "alpha")),  # of Draine's phase function (kernels/phase.h)
 }
 
+
+
+def closure_mask(used: Iterable[int]) -> int:
+    """A bit for each of these operations that surfaces have: what kernels are compiled for."""
+    return sum(1 << number for number in used if number < OPERATIONS["extinction"][0])
+
+
 # These may be left out.
-DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b", "out")}
+DEFAULTS = {name: 1.0 for name in ("tint_r", "tint_g", "tint_b", "out")} | {"alpha": 0.0}
 
 # alpha^2 at and below which a GGX lobe is a mirror (kernels/bsdf/microfacet.h).
 DELTA_ALPHA2 = 2e-10

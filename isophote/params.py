@@ -35,7 +35,8 @@ def make_params(item: WorkItem, settings: Settings, planes: int, catching: int =
         "x0": x0, "y0": y0, "width": x1 - x0, "height": y1 - y0,
         "first_sample": item.first_sample, "samples": item.samples, "seed": settings.seed & 0xFFFFFFFF,
         **{name: min(getattr(settings, name), MOST_BOUNCES) + 1 for name in (
-            "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")},
+            "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
+            "transparent_bounces")},
         "filter_width": settings.filter_width,
         "clamp_direct": 3 * settings.clamp_direct, "clamp_indirect": 3 * settings.clamp_indirect,
         "cut_plane": wanted.cut,

@@ -13,18 +13,19 @@ from isophote.geometry import Geometry, make_geometry
 from isophote.light_linking import link_features, link_records, lit_sets, lit_shares
 from isophote.light_tree import make_light_tree, shining
 from isophote.lights import estimated, has_program, light_records, triangle_lights, world_light
-from isophote.materials import OPERATIONS, is_delta
+from isophote.materials import OPERATIONS, closure_mask, is_delta
 from isophote.motion import deforming, moving
 from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
+from isophote.volumes import find_majorants, has_volumes, is_camera_enclosed
 from isophote.world_map import make_world_map
 
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
 TABLELESS = ("diffuse", "transparent", "rough_diffuse", "translucent", "diffuse_toon", "glossy_toon", "velvet",
              "beckmann", "beckmann_glass", "ashikhmin_shirley", "layer_absorption", "layer_reset",
-             "holdout", "subsurface")
+             "holdout", "subsurface", "scattering")
 FILTER_STEPS = 1024
 VALUE_FAMILIES = 8  # kernels/values/values.h
 NAME_OF_OPERATION = {number: name for name, (number, _) in OPERATIONS.items()}
@@ -81,7 +82,7 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
     buffers = program_buffers(scene, geometry.buffers)
     buffers |= as_kernels_have_them(make_lights(scene, buffers))
     features = int(buffers["world"]["features"][0])
-    closures = sum(1 << int(op) for op in np.unique(buffers["instructions"]["op"]))
+    closures = closure_mask(np.unique(buffers["instructions"]["op"]).tolist())
     return Prepared(buffers, geometry, features, closures, values_used(scene), registers_used(scene),
                     tuple(int(r) for r in scene.resolution), time.perf_counter() - started)
 
@@ -100,6 +101,8 @@ def program_buffers(scene: Scene, geometry: dict[str, np.ndarray]) -> dict[str, 
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
         buffers |= stand_ins(scene, buffers)
+    if has_volumes(scene) and len(scene.step_op):
+        buffers["materials"]["majorant"] = find_majorants(scene, buffers)
     return buffers
 
 
@@ -130,7 +133,9 @@ def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
     return make_records("World", 1, radiance=scene.world_radiance, origin=scene.origin, root=0, material=material,
                         light_group=scene.world_group,
                         sphere_groups=len(scene.instance_group) if len(buffers["light_groups"]) else none,
-                        vectors=vectors, aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
+                        volume=scene.world_volume - 1 if scene.world_volume else none,
+                        camera_enclosed=is_camera_enclosed(scene), vectors=vectors,
+                        aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
                         mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,
                         material_indices=none if spheres == none else spheres + len(scene.sphere_index),
@@ -244,8 +249,8 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     for number, material in enumerate(made):
         program = np.arange(scene.material_first[number], scene.material_first[number + 1])
         emission = program[operation[program] == "emission"]
-        transparent = program[operation[program] == "transparent"]
-        rest = program[operation[program] != "emission"]
+        transparent = program[np.isin(operation[program], ("transparent", "extinction"))]
+        rest = program[~np.isin(operation[program], ("emission", "extinction"))]
         closures = [i for i in rest if not operation[i].startswith("layer_")]
         smooth = all(is_delta(int(scene.instruction_op[i]), scene.instruction_params[i], varies[i]) for i in closures)
         material["emission"] = scene.instruction_weight[emission].sum(0)
@@ -254,6 +259,7 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         material["first_step"] = scene.material_steps[number]
         material["steps"] = scene.material_steps[number + 1] - scene.material_steps[number]
         material["shadow_steps"] = scene.material_shadow_steps[number]
+        material["volume"] = scene.material_volume[number] - 1 if scene.material_volume[number] else n["NONE"]
         glows, passes = varies[emission].any(), varies[transparent].any()
         material["flags"] = (bool(glows or material["emission"].any()) * n["MATERIAL_EMITS"]
                              | bool(passes or material["transparency"].any()) * n["MATERIAL_TRANSPARENT"]
@@ -261,6 +267,7 @@ def make_materials(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
                              | bumps[rest].any() * n["MATERIAL_BUMPS"]
                              | any(operation[i] == "holdout" for i in rest) * n["MATERIAL_HOLDS_OUT"]
                              | smooth * n["MATERIAL_DELTA_ONLY"]
+                             | (scene.material_volume[number] > 0 and not len(program)) * n["MATERIAL_BOUNDARY"]
                              | any(operation[i] in TRANSMITTING for i in rest) * n["MATERIAL_TRANSMITS"])
         below = rest[operation[rest] == "subsurface"]
         material["flags"] |= bool(len(below)) * n["MATERIAL_SUBSURFACE"]
@@ -388,7 +395,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
     uses = {
         "FEATURE_INSTANCES": (buffers["instances"]["root"] != n["NONE"]).any(),
         "FEATURE_SPHERES": len(buffers["spheres"]) > 0,
-        "FEATURE_TRANSPARENT": (materials["flags"] & n["MATERIAL_TRANSPARENT"]).any(),
+        "FEATURE_TRANSPARENT": (materials["flags"] & n["MATERIAL_TRANSPARENT"]).any() or has_volumes(scene),
         "FEATURE_VISIBILITY": scene.catches or any((v & n["RAY_ALL"] != n["RAY_ALL"]).any() for v in visibility),
         "FEATURE_CATCHERS": scene.catches,
         "FEATURE_SMOOTH": (buffers["instances"]["visibility"] & n["INSTANCE_SMOOTH"]).any(),
@@ -400,6 +407,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_VALUES": len(scene.step_op) > 0 or len(scene.uv_attribute) > 0,
         "FEATURE_BUMP": (materials["flags"] & n["MATERIAL_BUMPS"]).any(),
         "FEATURE_WORLD": len(scene.world_material) > 0,
+        "FEATURE_VOLUME": has_volumes(scene),
         "FEATURE_TERMINATOR": len(buffers["terminators"]) > 0,
         "FEATURE_SUBSURFACE": (materials["flags"] & n["MATERIAL_SUBSURFACE"]).any(),
         "FEATURE_MOTION": moving(scene).any() or deforming(scene).any(),

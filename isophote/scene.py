@@ -96,6 +96,9 @@ FIELDS: dict[str, Field] = {
     "sphere_matte": Field("u4", ("S", 2), "as instance_matte", zeros=True),
     "sphere_index": Field("f4", ("S",), "pass index of the object", zeros=True),
     "material_first": Field("u4", ("P+1",), "first instruction of each material; the last entry is K"),
+    "material_volume": Field("u4", ("P",), "one more than the number of the material that fills what it encloses; 0: "
+                                           "none. Without instructions it is no surface, but a volume's boundary",
+                             zeros=True),
     "material_index": Field("f4", ("P",), "pass index of the material", zeros=True),
     "material_matte": Field("u4", ("P",), "Cryptomatte id", zeros=True),
     "instruction_op": Field("i4", ("K",), "operation (kernels/bsdf/bsdf.h, isophote/materials.py)"),
@@ -137,6 +140,7 @@ FIELDS: dict[str, Field] = {
     "light_visibility": Field("u4", ("L",), "mask of RAY_ bits that see it"),
     "world_radiance": Field("f8", (3,), "of the world, the same in all directions, W/(m^2 sr)"),
     "world_material": Field("u4", ("W",), "whose emission it is instead, by direction (W = 1); else empty"),
+    "world_volume": Field("u4", (), "one more than the number of the material that fills the world; 0: none"),
     "world_hidden": Field("u4", (), "mask of RAY_ bits that do not see the world"),
     "world_sun": Field("f8", ("U", 4), "a disc in it that is drawn apart (U = 1): unit direction of its middle, half "
                                        "its angle in radians"),

@@ -30,6 +30,7 @@ class Settings:
     diffuse_bounces: int = 4
     glossy_bounces: int = 4
     transmission_bounces: int = 12
+    volume_bounces: int = 0
     transparent_bounces: int = 8
     clamp_direct: float = 0.0  # 0: off
     clamp_indirect: float = 0.0
@@ -45,7 +46,7 @@ class Settings:
         if self.precision not in PRECISIONS:
             raise ValueError(f"precision {self.precision!r}: one of {', '.join(PRECISIONS)}")
         for name in ("samples", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
-                     "transparent_bounces", "threads", "seed"):
+                     "volume_bounces", "transparent_bounces", "threads", "seed"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} is {getattr(self, name)}: it cannot be negative")
         if not 0.0 <= self.error_target < math.inf:

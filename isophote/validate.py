@@ -18,6 +18,7 @@ from isophote.materials import OPERATIONS
 from isophote.records import numbers
 from isophote.scene import Scene
 from isophote.values import operations
+from isophote.volumes import asks_for_surfaces, is_deeply_nested
 
 LINK_SETS = 64  # of receivers and of blockers of light: bits of a mask
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
@@ -192,7 +193,7 @@ def index_problems(scene: Scene) -> list[Problem]:
     a, problems = scene.arrays, []
 
     def inside(group, array, end, into, owner=lambda row: row):
-        values = a[array]
+        values = np.atleast_1d(a[array])
         if values.size and int(values.max()) >= end:
             row = int(np.argmax(values.reshape(len(values), -1).max(axis=1)))
             problems.append(Problem("error", scene.name_of(group, owner(row)),
@@ -221,6 +222,8 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("instances", "instance_sets", LINK_SETS, "set of linked objects")
     inside("spheres", "sphere_sets", LINK_SETS, "set of linked objects")
     inside("lights", "light_material", len(a["material_first"]), "material")
+    inside("materials", "material_volume", len(a["material_first"]), "material")
+    inside("worlds", "world_volume", len(a["material_first"]), "material")
     problems += [Problem("error", scene.name_of(group, index), what) for group, index, what in motion_errors(scene)]
     if problems:
         return problems
@@ -304,6 +307,8 @@ def value_problems(scene: Scene) -> list[Problem]:
     owner = owner_of_rows(scene, "material_first")
     problems += [Problem("error", owner(row), "a closure names a register that nothing writes")
                  for row in np.flatnonzero(outside)[:10]]
+    problems += [Problem("error", scene.name_of("materials", material), "as a volume it asks for what surfaces have")
+                 for material in (asks_for_surfaces(scene) if not problems else ())]
     wrong = ~np.isfinite(scene.aov_values).all(-1)
     wrong |= (scene.aov_flags & n["AOV_VARIES"] != 0) & ((scene.aov_values < 0) | (scene.aov_values >= highest)).any(-1)
     what = "an AOV output is not finite, or names a register that nothing writes"
@@ -447,6 +452,9 @@ def world_problems(scene: Scene) -> list[Problem]:
     for group in ("instances", "spheres", "materials"):
         for index in np.flatnonzero(~np.isfinite(scene.arrays[f"{group.removesuffix('s')}_index"])):
             problems.append(Problem("error", scene.name_of(group, index), "its pass index is not finite"))
+    if is_deeply_nested(scene):
+        problems.append(Problem("warning", "scene", f"more than {numbers()['MOST_VOLUMES']} volumes may lie in each "
+                                                    "other: where that is so, the first ones count"))
     dark = not (scene.world_radiance.any() or len(scene.world_material))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
         black = ", and the world is black" if dark else ""

@@ -16,8 +16,8 @@ from isophote.records import numbers
 # Columns of 4 bytes a path, by buffer; `columns` are as many as the film's further planes want.
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
-MEDIUM_COLUMNS = 11  # kernels/walk.h
-KERNELS = ("generate", "extend", "occlude", "shade", "complete", "connect", "accumulate")
+MEDIUM_COLUMNS, VOLUME_COLUMNS = 11, 18  # kernels/walk.h, volume.h
+KERNELS = ("generate", "extend", "travel", "occlude", "shade", "complete", "connect", "accumulate")
 GROUP = 64  # work-items of a group
 # Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
 # H200's cache holds: 512 took 0.78 to 1.03 of the time of 256, 0.62 to 1.05 of that of 128.
@@ -32,10 +32,12 @@ BOUNCES_AHEAD = 2  # launched before the host looks how many paths an earlier bo
 def path_columns(planes: Planes, features: int) -> dict[str, int]:
     """Columns of 4 bytes that each path takes, by buffer, for a film of these planes and a scene of these features."""
     n, made = numbers(), COLUMNS | {"columns": planes.columns}
-    names = ("FEATURE_MOTION", "FEATURE_SUBSURFACE", "FEATURE_LINKING")
-    times, medium, linked = (bool(features & n[name]) for name in names)
+    names = ("FEATURE_MOTION", "FEATURE_SUBSURFACE", "FEATURE_LINKING", "FEATURE_VOLUME")
+    times, medium, linked, travels = (bool(features & n[name]) for name in names)
     made["reals"] += MEDIUM_COLUMNS * medium + times
+    made["uints"] += VOLUME_COLUMNS * travels
     made["light_reals"] += planes.clamps + times + linked
+    made["light_uints"] += (1 + VOLUME_COLUMNS) * travels
     made["results"] += 2 * planes.clamps
     made["columns"] = max(planes.columns + linked, 1)
     return made
@@ -56,6 +58,7 @@ class Wavefront:
     def __init__(self, cl, queue, program, scene: list, paths: int, planes: Planes, features: int):
         self.cl, self.queue, self.paths = cl, queue, paths
         self.completes = bool(features & numbers()["FEATURE_SHINES"])
+        self.travels = bool(features & numbers()["FEATURE_VOLUME"])
         self.occludes = "ambient_occlusion" in planes.groups
         self.sees_behind = bool(features & numbers()["FEATURE_TRANSPARENT"])  # the camera, after its first ray
         context, flags = queue.context, cl.mem_flags
@@ -85,6 +88,8 @@ class Wavefront:
                 ("extend", parity): (*scene, None, *path, *hit, b[now], self.counts, None),
                 ("shade", parity): (*scene, None, *path, *hit, *light, *result, b[now], b[following],
                                     b["light_queue"], self.counts, None)}
+            if self.travels:
+                self.kernels["travel", parity] = (*scene, None, *path, *hit, *result, b[now], self.counts, None)
             if self.occludes:
                 self.kernels["occlude", parity] = (*scene, None, *path, *hit, b["columns"], b[now], self.counts, None)
         self.kernels |= {
@@ -138,6 +143,8 @@ class Wavefront:
                 break
             parity, each = bounce % 2, self.rays_each if bounce else 1
             self.launch("extend", alive, params, u(bounce), parity=parity, each=each)
+            if self.travels:
+                self.launch("travel", alive, params, u(bounce), parity=parity)
             if self.occludes and (bounce == 0 or self.sees_behind):
                 self.launch("occlude", alive, params, u(bounce), parity=parity)
             self.launch("shade", alive, params, u(bounce), parity=parity)

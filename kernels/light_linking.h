@@ -16,8 +16,11 @@ FN uint link_of_light(Scene s, uint light) {
   return s.lights[light].kind == LIGHT_TRIANGLE ? s.lights[light].instance : link_of_lamp(s, light);
 }
 
-/* The set of receivers that a hit's object is in. */
-FN uint receiver_set(Scene s, Hit h) { return s.links[link_of_object(s, h.instance, h.primitive)].receiver; }
+/* The set of receivers that a hit's object is in; volumes are in that of objects that are linked to nothing. */
+FN uint receiver_set(Scene s, Hit h) {
+  if (h.instance == IN_VOLUME) return 0u;
+  return s.links[link_of_object(s, h.instance, h.primitive)].receiver;
+}
 
 /* Whether some objects do not stop a light. */
 FN int is_shadow_linked(Scene s, uint link) { return (s.links[link].unblocked[0] | s.links[link].unblocked[1]) != 0u; }

@@ -21,7 +21,7 @@ FN real3 diffuse_normal(Scene s, Material m, Surface at, Path p, const real *r) 
 }
 
 /* Whether a path's hit counts, and how many of the material's steps then do. */
-FN int is_seen(Path p, Hit h) { return path_bounce(p) == 0 && !is_inside(p) && h.instance != NONE; }
+FN int is_seen(Path p, Hit h) { return path_bounce(p) == 0 && !is_inside(p) && h.instance != NONE && h.instance != IN_VOLUME; }
 FN uint occlusion_steps(Material m) {
   return (m.flags & (MATERIAL_BUMPS | MATERIAL_HOLDS_OUT)) ? m.steps : m.shadow_steps;
 }

@@ -17,6 +17,7 @@
   X(int, diffuse_bounces)                                                                      \
   X(int, glossy_bounces)                                                                       \
   X(int, transmission_bounces)                                                                 \
+  X(int, volume_bounces)                                                                       \
   X(int, transparent_bounces)                                                                  \
   X(float, filter_width) /* pixels */                                                          \
   X(float, clamp_direct) /* sum of the three channels above which light is scaled; 0: off */   \
@@ -108,7 +109,7 @@ enum { /* without those that are named */
 #define GUIDE_COLUMNS 4u  /* and where denoisers are guided */
 #define MATTE_RECORDS 8u  /* rows of a path's table of mattes */
 #define MATTE_UNITS 16384 /* of a matte's weight in the film, to 1 */
-#define LIMITS 5 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, transparent */
+#define LIMITS 6 /* bounce limits of Params, in their order: all, diffuse, glossy, transmission, volume, transparent */
 
 #define DEPTH_NOTHING REAL(1e10) /* as Cycles writes where the camera sees nothing */
 

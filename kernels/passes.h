@@ -117,6 +117,12 @@ FN Shares make_shares(Shares parts, real3 whole) {
   s.glossy = shares_of(parts.glossy, whole);
   return s;
 }
+/* Of a path that a volume scatters first: marked by a share that there is not. */
+FN Shares shares_of_volume(void) {
+  Shares s = no_shares();
+  s.diffuse.x = REAL(-1.0);
+  return s;
+}
 /* Of a path that goes on; a mirror and smooth glass have all of it. */
 FN Shares path_shares(Shares parts, real3 whole, BsdfSample sample) {
   Shares s = make_shares(parts, whole), sharp = no_shares();
@@ -183,6 +189,10 @@ FN void add_light_passes(GLOBAL real *columns, uint stride, uint slot, Params pa
   if (!has_any(groups, GROUPS_SPLIT)) return;
   uint which = ((from == FROM_LIGHT) & !b.indirect) ? SHARES_OF_LIGHT : SHARES_OF_PATH;
   Shares s = load_shares(columns, stride, slot, groups, which);
+  if ((SCENE_FEATURES & FEATURE_VOLUME) && s.diffuse.x < REAL(0.0)) { /* no plane of its own: with what volumes emit */
+    add_to_plane(columns, stride, slot, groups, GROUP_emission, b.light);
+    return;
+  }
   real3 diffuse = b.light * s.diffuse, glossy = b.light * s.glossy;
   real3 transmitted = b.light - diffuse - glossy;
   add_to_plane(columns, stride, slot, groups, b.indirect ? GROUP_diffuse_indirect : GROUP_diffuse_direct, diffuse);

@@ -68,6 +68,7 @@ typedef struct {
 } Hit;
 
 #define SPHERE_INSTANCE (NONE - 1u)
+#define IN_VOLUME (NONE - 2u) /* of a path that is scattered by a volume on the way */
 
 FN Hit no_hit(real t_max) {
   Hit h;

@@ -49,6 +49,7 @@
 #define FEATURE_TERMINATOR 33554432u /* rays from some smooth mesh to lights start above its triangles: terminator.h */
 #define FEATURE_CATCHERS 67108864u /* some object catches shadows */
 #define FEATURE_LINKING 134217728u /* some light does not light, or is not stopped by, all objects */
+#define FEATURE_VOLUME 268435456u /* something fills the world or the inside of an object */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -146,6 +147,8 @@ typedef struct {
   uint light_group;   /* of the world */
   uint sphere_groups; /* where those of spheres begin in light_groups; NONE: no object has one */
   uint sphere_indices, material_indices; /* where those of spheres and of materials begin in pass_indices */
+  uint volume;          /* the material that fills the world; NONE: nothing does */
+  uint camera_enclosed; /* 1: paths may begin in volumes of objects */
   uint sphere_links, lamp_links; /* where those of spheres and of lamps begin in links */
   uint receiver_sets; /* that lit_shares tells apart */
   uint mattes; /* where ids for Cryptomatte begin in it, of objects and assets in turn; NONE: there are none */
@@ -191,13 +194,17 @@ typedef struct {
 #define MATERIAL_BUMPS 64u      /* a closure has a normal of its own */
 #define MATERIAL_HOLDS_OUT 128u /* has an OP_HOLDOUT: takes alpha from a transparent film */
 #define MATERIAL_SUBSURFACE 256u /* has an OP_SUBSURFACE */
+#define MATERIAL_BOUNDARY 4096u /* of a volume: there is no surface */
+#define MOST_VOLUMES 8u /* that a path can be in at once */
 typedef struct {
   uint first, count; /* instructions; behind them where the scene has FEATURE_SUBSURFACE that of light that comes out */
   uint flags;
-  packed3 emission;     /* radiance, both sides */
-  packed3 transparency; /* what a shadow ray keeps */
+  packed3 emission;     /* radiance, both sides; of a volume per metre */
+  packed3 transparency; /* what a shadow ray keeps; of a volume its extinction, 1/m */
   uint first_step, steps; /* what computes its values */
   uint shadow_steps;      /* of them, the first ones, which transparency needs */
+  uint volume;            /* the material that fills what it encloses; NONE: nothing does */
+  float majorant;         /* of a volume that differs from point to point: an extinction that it hardly exceeds; else 0 */
 } Material;
 
 /* One closure or layer of a material, 64 bytes (bsdf/bsdf.h lists the operations). Weight and parameters are constants,

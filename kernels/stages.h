@@ -215,11 +215,15 @@ FN real weight_alone(LightSample light, BsdfValue value) {
 
 /* Whether paths have reached the bounce limits: bit k for the k-th of LIMITS. */
 FN uint reached_limits(Params params, uint bounces, uint passed) {
+  int in_volumes = 0; /* no other kind has counted them */
+  if (SCENE_FEATURES & FEATURE_VOLUME)
+    in_volumes = int_of((bounces & 255u) - ((bounces >> 8) & 255u) - ((bounces >> 16) & 255u) - (bounces >> 24));
   return uint_of(int_of(bounces & 255u) >= params.max_bounces) |
          uint_of(int_of((bounces >> 8) & 255u) >= params.diffuse_bounces) << 1 |
          uint_of(int_of((bounces >> 16) & 255u) >= params.glossy_bounces) << 2 |
          uint_of(int_of(bounces >> 24) >= params.transmission_bounces) << 3 |
-         uint_of(int_of(passed) >= params.transparent_bounces) << 4;
+         uint_of(in_volumes >= params.volume_bounces) << 4 |
+         uint_of(int_of(passed) >= params.transparent_bounces) << 5;
 }
 
 typedef struct {

@@ -117,6 +117,17 @@ FN void count_limits(GLOBAL uint *limits, uint reached) {
     if (reached >> k & 1u) atomic_inc(&limits[k]);
 }
 
+typedef struct {
+  Path path;
+  Connection connection;
+  Medium medium; /* of a path that has gone below the surface */
+  int alive, connected;
+} Shaded;
+
+#if SCENE_FEATURES & FEATURE_VOLUME
+#include "travel.cl"
+#endif
+
 FN GLOBAL const ListedPixel *listed_pixels(GLOBAL const Params *params_buffer) {
   return (GLOBAL const ListedPixel *)(params_buffer + 1);
 }
@@ -163,6 +174,9 @@ __kernel void generate(SCENE_PARAMETERS, PATH_PARAMETERS, RESULT_PARAMETERS, GLO
   store_path(reals, uints, stride, i, p);
 #if SCENE_FEATURES & FEATURE_MOTION
   reals[TIME_COLUMN * stride + i] = p.time;
+#endif
+#if SCENE_FEATURES & FEATURE_VOLUME
+  begin_in_volumes(s, p, uints, stride, i);
 #endif
   queue[i] = i;
 }
@@ -231,13 +245,6 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
 #include "occlude.cl"
 #endif
 
-typedef struct {
-  Path path;
-  Connection connection;
-  Medium medium; /* of a path that has gone below the surface */
-  int alive, connected;
-} Shaded;
-
 FN void miss_scene(Scene s, Params params, Path p, RESULT_PARAMETERS, uint stride, const real *r) {
   add_result(results, columns, stride, p.slot, params, see_world(s, params, p, last_set(s, params, columns, stride, p.slot), r), seen_from(p, GROUP_environment, s.world[0].light_group));
   lose_alpha(results, columns, stride, p.slot, params, lost_alpha(params.film_transparent, p));
@@ -249,7 +256,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   r.alive = 0;
   r.connected = 0;
   real registers[REGISTERS];
-  if (SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) {
+  if ((SCENE_FEATURES & FEATURE_VISIBLE_LIGHTS) && !(SCENE_FEATURES & FEATURE_VOLUME)) {
     for (uint l = 0u; l < s.world[0].lamp_count; l++) {
       if (!(s.lights[l].size_u > 0.0f)) continue;
       LightHit seen = find_lamp(s.lights[l], p, h, SCENE_FEATURES);
@@ -399,8 +406,15 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
   uint i = 0u, at_alive = 0u, at_connected = 0u;
   if (k < counts[2u * bounce]) {
     i = queue[k];
-    Shaded r = shade_path(s, params, load_whole_path(reals, uints, stride, i), load_hit(hit_reals, hit_uints, stride, i),
-                          results, columns, limits, stride);
+    Path p = load_whole_path(reals, uints, stride, i);
+    Hit h = load_hit(hit_reals, hit_uints, stride, i);
+#if SCENE_FEATURES & FEATURE_VOLUME
+    Shaded r = h.instance == IN_VOLUME ? shade_volume(s, params, p, h, uints, columns, stride)
+                                       : shade_path(s, params, p, h, RESULT_ARGUMENTS, stride);
+    move_in_volumes(s, p, h, r, uints, light_uints, stride, i);
+#else
+    Shaded r = shade_path(s, params, p, h, RESULT_ARGUMENTS, stride);
+#endif
     lives = r.alive;
     connects = r.connected;
     if (lives) {
@@ -455,7 +469,11 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PA
       c = load_connection(light_reals, light_uints, stride, i);
       if (SCENE_FEATURES & FEATURE_TRANSPARENT) {
         real registers[REGISTERS];
+#if SCENE_FEATURES & FEATURE_VOLUME
+        Shadow d = connect_in_volumes(s, params, c, light_uints, stride, i, registers);
+#else
         Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
+#endif
         add_result(results, columns, stride, i, params, behind_shadow(c.brought, d, c.alone), FROM_LIGHT);
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);

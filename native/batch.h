@@ -10,6 +10,7 @@ namespace ISOPHOTE_VARIANT {
 
 constexpr uint CAPACITY = 1024;
 constexpr uint MISS = NONE;
+constexpr uint SCATTERED_BY_VOLUMES = NONE - 1u;
 
 /* The path columns that are being read, fetched before a loop so that the loop sees plain arrays. */
 struct Columns {
@@ -69,6 +70,8 @@ struct Batch {
   std::vector<real> registers, shadow_registers;
   std::vector<real> times; /* of paths, by slot, where the scene has FEATURE_MOTION */
   std::vector<real> media; /* of paths inside an object, where the scene has FEATURE_SUBSURFACE */
+  std::vector<uint> volumes; /* by slot, kernels/volume.h, where it has FEATURE_VOLUME; then also of `shadows`: */
+  std::vector<Volumes> shadow_volumes;
   static_assert(REGISTER_STRIDE == CAPACITY);
 
   uint current = 0; /* which of the two halves of the path arrays is read */
@@ -179,6 +182,15 @@ FN real3 local_wo(Columns c, Frame frame, uint i) {
   return to_local(frame, make_real3(-c.reals[PATH_REAL_dx * CAPACITY + i], -c.reals[PATH_REAL_dy * CAPACITY + i],
                                     -c.reals[PATH_REAL_dz * CAPACITY + i]));
 }
+
+/* The rays of the first paths in order; their hits go to the batch's columns. */
+struct PathRays {
+  Batch &b;
+  Params params;
+  Columns columns;
+  Ray ray(uint i) const { return traced_ray(params, path_at(columns, b.order[i])); }
+  void store(uint i, const Hit &h) { store_hit(b, b.order[i], h); }
+};
 
 /* The loop over the paths [first, end) of a group. Each path is on its own: nothing aliases. */
 #define FOR_PATHS(i, first, end) _Pragma("omp simd") for (uint i = (first); i < (end); i++)

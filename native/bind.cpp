@@ -298,6 +298,17 @@ void emission_of(const std::vector<Bytes> &buffers, nb::ndarray<const uint32_t, 
   evaluate_emission(scene.data(), ids.data(), places.data(), directions.data(), long(n), threads, radiance.data());
 }
 
+void extinction_of(const std::vector<Bytes> &buffers, nb::ndarray<const uint32_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu> ids,
+                   nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> places, int threads,
+                   nb::ndarray<float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> extinction) {
+  size_t n = ids.shape(0);
+  if (places.shape(0) != n || extinction.shape(0) != n)
+    throw std::invalid_argument("evaluate_volumes: arrays of different lengths");
+  std::vector<const void *> scene = pointers(buffers);
+  nb::gil_scoped_release release;
+  evaluate_volumes(scene.data(), ids.data(), places.data(), long(n), threads, extinction.data());
+}
+
 void lamp_emission_of(const std::vector<Bytes> &buffers, nb::ndarray<const uint32_t, nb::shape<-1>, nb::c_contig, nb::device::cpu> lamps,
                       nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> origins,
                       nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu> directions, int threads,
@@ -425,6 +436,8 @@ NB_MODULE(_native, m) {
         nb::arg("threads"), nb::arg("boxes"));
   m.def("evaluate_emission", &emission_of, nb::arg("buffers"), nb::arg("ids"), nb::arg("places"), nb::arg("directions"),
         nb::arg("threads"), nb::arg("radiance"));
+  m.def("evaluate_volumes", &extinction_of, nb::arg("buffers"), nb::arg("ids"), nb::arg("places"), nb::arg("threads"),
+        nb::arg("extinction"));
   m.def("evaluate_lamps", &lamp_emission_of, nb::arg("buffers"), nb::arg("lamps"), nb::arg("origins"), nb::arg("directions"),
         nb::arg("threads"), nb::arg("emission"));
   m.def("fold_value", &fold, nb::arg("op"), nb::arg("inputs"), nb::arg("repeat"), nb::arg("number"), nb::arg("outputs"));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "../kernels/shine.h"
+#include "../kernels/volume.h"
 #include "host_scene.h"
 
 namespace isophote {
@@ -58,6 +59,19 @@ void evaluate_lamps(const void *const *scene, const unsigned *lamps, const float
     Ray ray = free_ray(vector_at(origins, k), vector_at(directions, k), 0.0f, FAR_AWAY);
     real t = hit_lamp(l, ray, FAR_AWAY, 1, 0u, 0u).t;
     return lamp_emission(s, l, ray, t, 1u, 0u, registers);
+  });
+}
+
+void evaluate_volumes(const void *const *scene, const unsigned *ids, const float *places, long n, int threads,
+                      float *extinction) {
+  Scene s = make_scene(scene, nullptr);
+  evaluate_each(n, threads, extinction, [&](long k, real *registers) {
+    Track track = track_of_path(Path{});
+    track.ray = free_ray(vector_at(places, k), make_real3(0.0f, 0.0f, 1.0f), 0.0f, FAR_AWAY);
+    Volumes v;
+    v.count = 0u;
+    enter_volume(&v, ids[2 * k + 1], ids[2 * k]);
+    return extinction_at(s, &v, track, 0.0f, registers);
   });
 }
 

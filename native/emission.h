@@ -1,4 +1,5 @@
-/* What materials emit at points of triangles and in directions of the world: for choosing lights. */
+/* What materials emit at points of triangles and in directions of the world, for choosing lights; and how dense volumes
+ * are. */
 #pragma once
 
 namespace isophote {
@@ -12,5 +13,9 @@ void evaluate_emission(const void *const *scene, const unsigned *ids, const floa
 /* n rays towards lamps, by their numbers; what their materials emit to whoever looks along these. */
 void evaluate_lamps(const void *const *scene, const unsigned *lamps, const float *origins, const float *directions, long n,
                     int threads, float *emission);
+
+/* n points: (material of a volume, what encloses it as kernels/volume.h counts) and places; extinctions, three each. */
+void evaluate_volumes(const void *const *scene, const unsigned *ids, const float *places, long n, int threads,
+                      float *extinction);
 
 }  // namespace isophote

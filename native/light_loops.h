@@ -47,7 +47,7 @@ FN void store_walk(Batch &__restrict b, uint i, LightWalk w) {
 
 /* All paths of the group go down the light tree together, a step a loop. LINKED: lights do not light all objects. */
 template <bool LINKED>
-static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
+static void choose_lights(Batch &__restrict b, Scene s, uint material_flags, Group g) {
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) {
     Path p = path_at(columns, i);
@@ -58,7 +58,7 @@ static void choose_lights(Batch &__restrict b, Scene s, Material m, Group g) {
   for (uint depth = 0; depth < s.world[0].light_depth; depth++) {
     FOR_PATHS(i, g.first, g.end) {
       Surface at = load_surface(b, i, g.material);
-      Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
+      Receiver receiver = make_receiver(at.p, receiver_normal(at, material_flags));
       if (LINKED) receiver.set = receiver_set(s, load_hit(b, i));
       store_walk(b, i, step_walk(s, load_walk(b, i), receiver));
     }
@@ -224,6 +224,36 @@ static void shine_lights(Batch &__restrict b, Scene s, Params params, Group g) {
     b.cb[i] = c.brought.light.z;
     b.connection_cut[i] = c.brought.cut;
   }
+}
+
+/* Chooses and draws a light for each path of the group. */
+static void draw_group_lights(Batch &__restrict b, Scene s, Params params, uint material_flags, Group g) {
+  uint features = s.world[0].features;
+  features & FEATURE_LINKING ? choose_lights<true>(b, s, material_flags, g) : choose_lights<false>(b, s, material_flags, g);
+  if (has_any(params.groups, GROUPS_LIGHT_GROUPS)) note_drawn_groups(b, s, params, g);
+  constexpr uint LAMPS = FEATURE_LAMPS | FEATURE_SHINES, WORLD = LAMPS | FEATURE_WORLD_LIGHT;
+  constexpr uint SUN = WORLD | FEATURE_WORLD_SUN;
+  bool rare = features & RARE;
+  if (features & FEATURE_WORLD_SUN) rare ? draw_lights<SUN | RARE>(b, s, g) : draw_lights<SUN>(b, s, g);
+  else if (features & FEATURE_WORLD_LIGHT) rare ? draw_lights<WORLD | RARE>(b, s, g) : draw_lights<WORLD>(b, s, g);
+  else if (rare) draw_lights<LAMPS | RARE>(b, s, g);
+  else if (features & FEATURE_SHINES) draw_lights<LAMPS>(b, s, g);
+  else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
+  else draw_lights<0>(b, s, g);
+  if (features & FEATURE_MOTION) draw_moving_lights(b, s, g);
+  if (is_alone(params)) drop_away(b, s, params, g);
+  if (features & FEATURE_LINKING) link_samples(b, s, g);
+}
+
+/* Adds the light of the lights drawn, once the group's values towards them are known. */
+static void connect_group(Batch &__restrict b, Scene s, Params params, Group g) {
+  uint features = s.world[0].features;
+  if (features & FEATURE_LINKING) find_weights_alone(b, g);
+  if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
+  else connect_lights<false>(b, params, g);
+  if ((features & FEATURE_TERMINATOR) && g.material != SCATTERED_BY_VOLUMES) lift_rays(b, s, g);
+  if (features & FEATURE_SHINES) shine_lights(b, s, params, g);
+  connect_batch(b, s, params, g, features);
 }
 
 }  // namespace ISOPHOTE_VARIANT

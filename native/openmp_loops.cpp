@@ -82,15 +82,6 @@ static void clear_results(Batch &__restrict b, Params params) {
 
 /* ------------------------------------------------------------------ extend */
 
-/* The living paths' rays; their hits go to the batch's columns. */
-struct PathRays {
-  Batch &b;
-  Params params;
-  Columns columns;
-  Ray ray(uint i) const { return traced_ray(params, path_at(columns, b.order[i])); }
-  void store(uint i, const Hit &h) { store_hit(b, b.order[i], h); }
-};
-
 static void extend_batch(Batch &b, Scene s, Params params, Walkers *walkers, Rays kind) {
   uint living = 0;
   for (uint i = 0; i < b.count; i++) {
@@ -122,20 +113,20 @@ FN Meeting meeting_inside(uint status, uint material_flags) {
 }
 
 /* Sorts the living paths and their hits by material (stable counting sort) and leaves the others out.
- * Paths that hit nothing come first. */
+ * Paths that hit nothing come first, then those that volumes scatter. */
 static void sort_batch(Batch &__restrict b, Scene s, bool walks, std::vector<Group> &groups) {
   groups.clear();
   uint bins = 0, meetings = walks ? MEETINGS : LAST + 1;
   for (uint i = 0; i < b.count; i++) {
     if (!b.alive[i]) continue;
     Hit h = load_hit(b, i);
-    b.key[i] = 0;
-    if (h.instance != NONE) {
+    b.key[i] = h.instance == IN_VOLUME;
+    if (h.instance != NONE && h.instance != IN_VOLUME) {
       uint material = hit_material(s, h, s.world[0].features);
       uint status = b.columns().uints[PATH_UINT_status * CAPACITY + i];
       Meeting meeting = status & PATH_LAST_HIT ? LAST : SCATTERS;
       if (walks && meeting == SCATTERS) meeting = meeting_inside(status, s.materials[material].flags);
-      b.key[i] = meetings * material + 1 + meeting;
+      b.key[i] = meetings * material + 2 + meeting;
     }
     bins = std::max(bins, b.key[i] + 1);
   }
@@ -144,7 +135,8 @@ static void sort_batch(Batch &__restrict b, Scene s, bool walks, std::vector<Gro
     if (b.alive[i]) b.bins[b.key[i] + 1]++;
   for (uint key = 0; key < bins; key++) {
     uint first = b.bins[key], size = b.bins[key + 1];
-    if (size) groups.push_back({key ? (key - 1) / meetings : MISS, Meeting(key ? (key - 1) % meetings : 0u), first, first + size});
+    uint material = key == 0 ? MISS : key == 1 ? SCATTERED_BY_VOLUMES : (key - 2) / meetings;
+    if (size) groups.push_back({material, Meeting(key > 1 ? (key - 2) % meetings : 0u), first, first + size});
     b.bins[key + 1] += first;
   }
   for (uint i = 0; i < b.count; i++)
@@ -263,12 +255,19 @@ static bool trace_paths(Batch &__restrict b, Scene s, Params params, std::vector
   for (Rays kind = COHERENT; b.count > 0; kind = SCATTERED) {
     if (cancelled->load(std::memory_order_relaxed)) return false;
     extend_batch(b, s, params, walkers, kind);
+    if (s.world[0].features & FEATURE_VOLUME) travel_batch(b, s, params);
     sort_batch(b, s, walkers, groups);
     std::fill(b.alive, b.alive + b.count, 1u);
     shade_batch(b, s, params, groups);
     if (walkers) enter_objects(b, s, groups);
   }
   return true;
+}
+
+/* New paths live, in the volumes that are around them. */
+static void begin_batch(Batch &__restrict b, Scene s) {
+  if (s.world[0].features & FEATURE_VOLUME) begin_in_volumes(b, s);
+  std::fill(b.alive, b.alive + b.count, 1u);
 }
 
 static void render_part(Batch &__restrict b, Scene s, Params params, const Part &part, float *sums,
@@ -280,11 +279,12 @@ static void render_part(Batch &__restrict b, Scene s, Params params, const Part 
     params.catching = catching ? CATCHING_FIRST : CATCHING_NONE;
     generate_batch(b, s, params, part, first, samples);
     clear_results(b, params);
-    std::fill(b.alive, b.alive + b.count, 1u);
+    begin_batch(b, s);
     if (!trace_paths(b, s, params, groups, walkers, cancelled)) return;
     if (catching) {
       params.catching = CATCHING_ALONE;
       generate_batch(b, s, params, part, first, samples);
+      begin_batch(b, s);
       for (uint i = 0; i < b.count; i++) b.alive[i] = uint(begins_again(b.slot_columns.data(), CAPACITY, i, params));
       if (!trace_paths(b, s, params, groups, walkers, cancelled)) return;
     }
@@ -309,6 +309,10 @@ bool render(const void *const *scene, const WideTree *tree, const void *item, in
     if (s.world[0].features & FEATURE_SUBSURFACE) {
       walkers = std::make_unique<Walkers>();
       batch->media.resize(size_t(MEDIUM_COLUMNS) * CAPACITY);
+    }
+    if (s.world[0].features & FEATURE_VOLUME) {
+      batch->volumes.resize(size_t(VOLUME_COLUMNS) * CAPACITY);
+      batch->shadow_volumes.resize(CAPACITY);
     }
 #pragma omp for schedule(dynamic, 1)
     for (int t = 0; t < cut.parts; t++) {

@@ -102,10 +102,12 @@ static void note_drawn_groups(Batch &__restrict b, Scene s, Params params, Group
 FN uint last_set_of(const Batch &b, Scene s, Params params, Path p) {
   return last_set(s, params, b.slot_columns.data(), CAPACITY, p.slot);
 }
+static void note_set(Batch &__restrict b, Scene s, Params params, Path p, Hit h) {
+  b.slot_columns[link_column(params) * CAPACITY + p.slot] = real_of(receiver_set(s, h));
+}
 static void note_sets(Batch &__restrict b, Scene s, Params params, Group g) {
-  real *sets = b.slot_columns.data() + link_column(params) * CAPACITY;
   for (uint i = g.first; i < g.end; i++)
-    if (!(b.label[i] & LABEL_TRANSPARENT)) sets[path_at(b.columns(), i).slot] = real_of(receiver_set(s, load_hit(b, i)));
+    if (!(b.label[i] & LABEL_TRANSPARENT)) note_set(b, s, params, path_at(b.columns(), i), load_hit(b, i));
 }
 
 /* Of the light that comes to paths' first vertices. */

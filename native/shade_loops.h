@@ -1,7 +1,7 @@
 /* The loops that shade a group of paths of one material, one instruction at a time. Included once a
  * variant. Values and arithmetic are those of kernels/stages.h; only the order of loops is here. */
 #pragma once
-#include "light_loops.h"
+#include "volume_loops.h"
 
 namespace isophote {
 namespace ISOPHOTE_VARIANT {
@@ -343,8 +343,10 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
     if (has_group(params.groups, GROUP_ambient_occlusion)) show_occlusions(b, s, params, m, g);
   }
   if (m.flags & MATERIAL_HOLDS_OUT) shade_holdouts(b, s, params, m, g);
+  bool in_volumes = s.world[0].features & FEATURE_VOLUME;
   if (g.meeting == LAST) {
     pass_last(b, params, m, g);
+    if (in_volumes) cross_surfaces(b, m, g);
     return;
   }
   choose_closures(b, s, m, g);
@@ -352,45 +354,31 @@ static void shade_group(Batch &__restrict b, Scene s, Params params, Group g) {
   bool lit = s.world[0].light_count > 0 && !(m.flags & MATERIAL_DELTA_ONLY);
   if (lit) {
     uint features = s.world[0].features;
-    features & FEATURE_LINKING ? choose_lights<true>(b, s, m, g) : choose_lights<false>(b, s, m, g);
-    if (has_any(params.groups, GROUPS_LIGHT_GROUPS)) note_drawn_groups(b, s, params, g);
-    constexpr uint LAMPS = FEATURE_LAMPS | FEATURE_SHINES, WORLD = LAMPS | FEATURE_WORLD_LIGHT;
-    constexpr uint SUN = WORLD | FEATURE_WORLD_SUN;
-    bool rare = features & RARE;
-    if (features & FEATURE_WORLD_SUN) rare ? draw_lights<SUN | RARE>(b, s, g) : draw_lights<SUN>(b, s, g);
-    else if (features & FEATURE_WORLD_LIGHT) rare ? draw_lights<WORLD | RARE>(b, s, g) : draw_lights<WORLD>(b, s, g);
-    else if (rare) draw_lights<LAMPS | RARE>(b, s, g);
-    else if (features & FEATURE_SHINES) draw_lights<LAMPS>(b, s, g);
-    else if (s.world[0].lamp_count) draw_lights<FEATURE_LAMPS>(b, s, g);
-    else draw_lights<0>(b, s, g);
-    if (features & FEATURE_MOTION) draw_moving_lights(b, s, g);
-    if (is_alone(params)) drop_away(b, s, params, g);
-    if (features & FEATURE_LINKING) link_samples(b, s, g);
+    draw_group_lights(b, s, params, m.flags, g);
     if (features & FEATURE_TERMINATOR) turn_to_lights(b, s, g);
     evaluate_closures(b, s, m, g, b.ldx, b.ldy, b.ldz, features & FEATURE_LIGHT_LIMITS, split);
     if (features & FEATURE_TERMINATOR) turn_back(b, g);
     if (split) note_light_shares(b, params, g);
-    if (features & FEATURE_LINKING) find_weights_alone(b, g);
-    if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
-    else connect_lights<false>(b, params, g);
-    if (features & FEATURE_TERMINATOR) lift_rays(b, s, g);
-    if (features & FEATURE_SHINES) shine_lights(b, s, params, g);
-    connect_batch(b, s, params, g, features);
+    connect_group(b, s, params, g);
   }
   sample_closures(b, s, m, g);
   evaluate_closures(b, s, m, g, b.wix, b.wiy, b.wiz, false, split);
   if (split) note_path_shares(b, params, g);
   if (s.world[0].features & FEATURE_LINKING) note_sets(b, s, params, g);
   scatter_paths(b, params, m, g);
+  if (in_volumes) cross_surfaces(b, m, g);
 }
 
 static void shade_batch(Batch &__restrict b, Scene s, Params params, const std::vector<Group> &groups) {
   uint features = s.world[0].features;
-  if (features & RARE) shade_lamps<RARE>(b, s, params);
+  if (features & FEATURE_VOLUME) {} /* paths have seen lamps on their way through volumes */
+  else if (features & RARE) shade_lamps<RARE>(b, s, params);
   else shade_lamps<0>(b, s, params);
   for (Group g : groups) {
     if (g.material == MISS)
       shade_misses(b, s, params, g);
+    else if (g.material == SCATTERED_BY_VOLUMES)
+      shade_volumes(b, s, params, g);
     else if (features & (FEATURE_INSTANCES | FEATURE_SPHERES))
       shade_group<FEATURE_INSTANCES | FEATURE_SPHERES | FEATURE_SMOOTH>(b, s, params, g);
     else if (features & FEATURE_SMOOTH)

@@ -31,9 +31,22 @@ struct PassingRays {
   Ray ray(uint i) const { return among_catchers(b.shadows[b.order[i]].ray, is_alone(params)); }
   void store(uint i, const Hit &h) {
     Shadow &shadow = b.shadows[b.order[i]];
-    shadow = pass_shadow(s, params, shadow, h, features, b.shadow_registers.data());
+    real *registers = b.shadow_registers.data();
+    shadow = features & FEATURE_VOLUME
+                 ? shade_shadow(s, params, shadow, &b.shadow_volumes[b.order[i]], h, features, registers)
+                 : pass_shadow(s, params, shadow, h, features, registers);
   }
 };
+
+/* Those that the shadow ray of a path of the group begins in. */
+static Volumes volumes_towards_light(const Batch &b, Scene s, Group g, Path p, uint i) {
+  Volumes v;
+  load_volumes(b.volumes.data(), CAPACITY, p.slot, &v);
+  if (g.material != SCATTERED_BY_VOLUMES)
+    cross_towards(&v, s.materials[g.material], load_hit(b, i), load_surface(b, i, g.material),
+                  make_real3(b.ldx[i], b.ldy[i], b.ldz[i]));
+  return v;
+}
 
 /* Takes the first `count` shadows to their end. */
 static void trace_shadows(Batch &b, Scene s, Params params, uint count, uint features) {
@@ -66,6 +79,7 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
   for (uint i = 0; i < count; i++) {
     Path p = path_at(columns, b.key[i]);
     b.shadows[i] = make_shadow(light_ray(b, columns, b.key[i]), uint_of(path_passed(p)), p.bounces);
+    if (features & FEATURE_VOLUME) b.shadow_volumes[i] = volumes_towards_light(b, s, g, p, b.key[i]);
   }
   trace_shadows(b, s, params, count, features);
   for (uint i = 0; i < count; i++) {

@@ -6,6 +6,7 @@
 #endif
 #include "../kernels/shadow_catcher.h"
 #include "../kernels/shine.h"
+#include "../kernels/tracking.h"
 #include "wide_tree.h"
 
 namespace isophote {

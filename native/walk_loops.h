@@ -128,7 +128,7 @@ static void enter_media(Batch &__restrict b, Group g, Bound c, uint k) {
 /* Gives those of the shaded paths that have gone below a surface their media. */
 static void enter_objects(Batch &__restrict b, Scene s, const std::vector<Group> &groups) {
   for (Group g : groups) {
-    if (g.material == MISS || g.meeting != SCATTERS || !(s.materials[g.material].flags & MATERIAL_SUBSURFACE)) continue;
+    if (g.material == MISS || g.material == SCATTERED_BY_VOLUMES || g.meeting != SCATTERS || !(s.materials[g.material].flags & MATERIAL_SUBSURFACE)) continue;
     Material m = s.materials[g.material];
     for (uint k = 0; k < m.count; k++) {
       Bound c = bind_instruction(b, s.instructions[m.first + k]);

@@ -105,6 +105,13 @@ def emission(radiance=1.0) -> list:
     return program(("emission", radiance))
 
 
+def medium(absorption=0.0, scattering=0.0, anisotropy=0.0, glow=0.0) -> list:
+    """A volume's instructions, 1/m; glow: radiance per metre."""
+    parts = [("extinction", np.add(absorption, scattering)), ("emission", glow),
+             ("scattering", scattering, dict(anisotropy=anisotropy))]
+    return program(*(part for part in parts if np.any(part[1])))
+
+
 @dataclass
 class Builder:
     """Collects a scene piece by piece; `make` returns it. The camera looks along -z from the origin by default."""
@@ -123,6 +130,7 @@ class Builder:
     aovs: tuple[str, ...] = ()
     light_groups: tuple[str, ...] = ()
     shown: dict = field(default_factory=dict)  # by material: three numbers or Values for each AOV
+    volumes: dict = field(default_factory=dict)  # by material, as Scene.material_volume has them
 
     def __post_init__(self):
         self.look((0, 0, 0), (0, 0, -1))
@@ -135,10 +143,14 @@ class Builder:
         self.camera = dict(camera_kind=int(orthographic), camera_to_world=look_at(position, target, up),
                            camera_clip=clip, camera_lens=lens, camera_window=(-tangent, tangent, -tall, tall))
 
-    def material(self, instructions, shown=()) -> int:
+    def material(self, instructions, shown=(), volume=None) -> int:
+        """`volume`: the instructions of what it encloses."""
+        inside = None if volume is None else self.material(volume)
         self.materials.append(instructions)
-        self.shown[len(self.materials) - 1] = shown
-        return len(self.materials) - 1
+        number = len(self.materials) - 1
+        self.shown[number] = shown
+        self.volumes[number] = 0 if inside is None else inside + 1
+        return number
 
     def mesh(self, shape, slots=0, normals=None, attributes=(), shapes=None) -> int:
         """`normals`: per vertex (V, 3) for a smooth mesh, or None. `attributes`: (DOMAIN_ number, values (elements,
@@ -159,9 +171,14 @@ class Builder:
         matrix = place() if matrix is None else np.asarray(matrix)
         self.instances.append((mesh, matrix, materials, visibility, values))
 
-    def add(self, shape, instructions, visibility=ALL, normals=None):
+    def add(self, shape, instructions, visibility=ALL, normals=None, volume=None):
         """A mesh of its own material, instanced once."""
-        self.instance(self.mesh(shape, normals=normals), self.material(instructions), visibility=visibility)
+        material = self.material(instructions, volume=volume)
+        self.instance(self.mesh(shape, normals=normals), material, visibility=visibility)
+
+    def fill_world(self, volume) -> dict:
+        """For `make`: what fills the world."""
+        return {"world_volume": self.material(volume) + 1}
 
     def sphere(self, center, radius, material: int, visibility=ALL):
         self.spheres.append((center, radius, material, visibility))
@@ -204,6 +221,7 @@ class Builder:
     def make(self, **others) -> Scene:
         """`others`: arrays of the scene beside those that were built."""
         arrays = dict(self.camera, resolution=self.size, world_radiance=np.broadcast_to(self.world, 3), **others)
+        arrays["material_volume"] = [self.volumes[k] for k in range(len(self.materials))]
         arrays |= join_materials([make_material(each, self.shown[k]) for k, each in enumerate(self.materials)])
         if self.meshes:
             starts = np.cumsum([0, *(len(vertices) for vertices, *_ in self.meshes)])
@@ -249,7 +267,7 @@ def ready(scene: Scene) -> Prepared:
 def render(scene: Scene, samples: int = 256, device: str = "openmp", **settings) -> Film:
     """A film of a scene; every bounce limit is 64 unless it is given."""
     bounces = dict.fromkeys(("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
-                             "transparent_bounces"), 64)
+                             "volume_bounces", "transparent_bounces"), 64)
     chosen = Settings(**bounces | dict(samples=samples) | settings)
     opened = open_device(device, chosen)
     try:

@@ -74,13 +74,16 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
     if world.program:
         arrays["world_material"] = [gatherer.add_program(world.program, scene.world.name)]
         arrays["world_sun"] = world.sun
+    if world.volume:
+        arrays["world_volume"] = gatherer.add_program(world.volume, scene.world.name) + 1
     arrays |= meshes.join() | join_lights(gatherer.lamps, gatherer.add_program)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
     for group, linked in (("instance", gatherer.instances), ("sphere", gatherer.spheres)):
         arrays |= gatherer.linking.arrays(group, [each[-1] for each in linked])
     arrays |= gatherer.linking.arrays("light", [lamp.link for lamp in gatherer.lamps])
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
-    arrays |= {"material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),
+    arrays |= {"material_volume": [gatherer.volume_of.get(k, -1) + 1 for k in range(len(gatherer.programs))],
+               "material_index": np.array(gatherer.material_indices, np.float32), "mist": mist_of(scene.world),
                "world_group": gatherer.light_groups.of(scene.world),
                "occlusion_distance": occlusion_distance_of(scene.world),
                "uv_attribute": [] if gatherer.uv is None else [gatherer.uv]}

@@ -38,6 +38,8 @@ def read_attribute(mesh, kind: str, name: str, split: bool) -> Attribute | None:
     count = len(mesh.loop_triangles)
     if domain == "TRIANGLE_CORNER":
         return Attribute(CORNER, values)
+    if domain == "MESH":
+        return Attribute(MESH, values)
     if domain == "POINT" and not split:
         return Attribute(VERTEX, values)
     if domain == "FACE":
@@ -67,9 +69,17 @@ def named(mesh, name: str):
 def generated(mesh, _):
     """The place in the box of the texture space, without deforming modifiers, as in Cycles' attr_create_generated."""
     places = compat.read_all(mesh.vertices, "undeformed_co", 3, np.float32).reshape(-1, 3)
-    low = np.array(mesh.texspace_location, np.float32) - np.array(mesh.texspace_size, np.float32)
-    sizes = 2.0 * np.array(mesh.texspace_size, np.float32)
-    return "POINT", (places - low) / np.where(sizes != 0.0, sizes, np.float32(1.0))
+    return "POINT", (places - box_low(mesh, "")[1]) / box_sizes(mesh, "")[1]
+
+
+def box_low(mesh, _):
+    """The lowest corner of the box of the texture space."""
+    return "MESH", np.array([mesh.texspace_location], np.float32) - np.array([mesh.texspace_size], np.float32)
+
+
+def box_sizes(mesh, _):
+    sizes = 2.0 * np.array([mesh.texspace_size], np.float32)
+    return "MESH", np.where(sizes != 0.0, sizes, np.float32(1.0))
 
 
 def color(mesh, name: str):
@@ -139,7 +149,8 @@ def roots_of_islands(count: int, edges: list) -> np.ndarray:
 
 
 READERS = {"uv": uv_map, "named": named, "generated": generated, "color": color, "tangent": tangent, "island": island,
-           "pointiness": pointiness, "place": place, "normal": vertex_normal}
+           "pointiness": pointiness, "place": place, "normal": vertex_normal, "box_low": box_low,
+           "box_sizes": box_sizes}
 
 
 def join_attributes(keys: list[tuple[str, str]], meshes: list[dict]) -> dict[str, np.ndarray]:

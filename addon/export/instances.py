@@ -23,13 +23,14 @@ from .lookups import Lookups
 from .material import held_out_program, material_program
 from .mattes import NO_MATERIAL, Mattes
 from .visibility import Appearance, appearances, is_catcher, visibility_of
+from .volume import material_volume
 
 # Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
 WITH_MESH = {"MESH", "META"}
 LEFT_OUT = {
     "CURVES": "hair curves are not supported: left out",
     "POINTCLOUD": "point clouds are not supported: left out",
-    "VOLUME": "volumes are not supported: left out",
+    "VOLUME": "volume objects are not supported: left out",
     "GPENCIL": "grease pencil is not supported: left out",
     "GREASEPENCIL": "grease pencil is not supported: left out",
 }
@@ -53,6 +54,7 @@ class Gatherer:
         self.displacements: dict[int, Displacement] = {}  # by material
         self.material_names: list[str] = []
         self.material_indices: list[int] = []
+        self.volume_of: dict[int, int] = {}  # material of what a material encloses
         self.slots: list[int] = []
         # (number of its matrix, mesh, first slot, visibility, name, index, group, number in `linking`, terminator)
         self.instances: list[tuple] = []
@@ -172,6 +174,9 @@ class Gatherer:
             self.programs.append(program)
             self.material_names.append(NO_MATERIAL if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
+            volume = material_volume(material, self.notes, self.lookups)
+            if volume:
+                self.volume_of[self._material_of[key]] = self.add_program(volume, material.name)
         return self._material_of[key]
 
     def displacing_slots(self, ob) -> tuple[int, ...]:
@@ -194,6 +199,7 @@ class Gatherer:
             return []
         slots = self.slot_list(ob)
         programs = [self.programs[material] for material in slots]
+        programs += [self.programs[self.volume_of[material]] for material in slots if material in self.volume_of]
         programs += [self.displacements[material].program for material in slots if material in self.displacements]
         wanted = {number for program in programs for number in program.attributes}
         wanted |= {self.uv} if self.uv is not None else set()
@@ -205,6 +211,9 @@ class Gatherer:
             self.notes.add("object", ob.name, "shadow catchers want a transparent film: rendered as a usual object")
         if compat.terminator_offset(ob, "shading") > 0.0:
             self.notes.add("object", ob.name, "the shading offset of its shadow terminator is not supported: left out")
+        if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS"
+               for m in ob.modifiers):
+            self.notes.add("object", ob.name, "grids of smoke are not supported: its volume is as dense everywhere")
         if instance.show_particles:
             for system in ob.particle_systems:
                 if system.settings.type == "HAIR" and system.settings.render_type == "PATH":

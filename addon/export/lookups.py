@@ -9,7 +9,8 @@ from .images import MISSING, Picture
 
 IMAGE_SRGB, IMAGE_DIVIDE_ALPHA = 1, 2  # of kernels/scene_records.h
 # Of the keys (kind, name) by which attributes are asked for.
-ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness", "place")
+ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness", "place", "box_low",
+                   "box_sizes")
 
 
 class Lookups:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from isophote.material_program import Displacement, MaterialProgram, make_displacement, make_material
+from isophote.materials import make_instruction
 from isophote.values import Number, ProgramTooLarge, clamp, is_number, varies
 
 from .. import compat
@@ -32,6 +33,7 @@ from .principled import principled
 from .subsurface import subsurface_scattering
 from .value_nodes.normals import displaced_normal, moved_normal
 from .values import Values, as_triple, each, grey, not_negative, saturate
+from .volume import has_volume
 
 DEFAULT_GREY = 0.8  # Cycles' surface of objects without a material
 
@@ -73,6 +75,8 @@ def program_of(material, notes, lookups: Lookups, aovs: tuple[str, ...],
     try:
         displacement = displace(material, values)
         closures = arrange(changed(surface_closures(material, values)))
+        if not closures and has_volume(material.node_tree) and not is_boundary(material):
+            closures = [make_instruction("diffuse", (0.0, 0.0, 0.0))]
         return make_material(closures, shown_values(material, values, aovs)), displacement
     except ProgramTooLarge as error:
         values.note(f"its node graph is too large ({error}): rendered magenta")
@@ -99,12 +103,13 @@ def surface_closures(material, values: Values) -> list[Closure]:
     if output is None:
         values.note("no active output for this engine: rendered black")
         return []
-    if output.inputs["Volume"].is_linked and source_of(output.inputs["Volume"]).node is not None:
-        values.note(f"{output.name}: volume is not supported: left out")
-    surface = find_input(output, "Surface")
-    if source_of(surface).node is None and output.inputs["Volume"].is_linked:
-        return [Closure("transparent", np.ones(3))]  # a volume's boundary does not show
-    return closures_of(values, surface, (), 1.0)
+    return closures_of(values, find_input(output, "Surface"), (), 1.0)
+
+
+def is_boundary(material) -> bool:
+    """Whether a material with a volume has no surface, as Cycles has it: whatever feeds one makes it black at least."""
+    output = material.node_tree.get_output_node("CYCLES")
+    return source_of(find_input(output, "Surface")).node is None
 
 
 def closures_of(values: Values, socket, stack, weight: Number) -> list[Closure]:

@@ -38,6 +38,7 @@ class Values:
     """
 
     material_index = 0
+    fills = False  # the nodes are those of a volume
 
     def __init__(self, kind: str, name: str, notes, lookups: Lookups | None = None):
         self.kind, self.name, self.notes, self.lookups = kind, name, notes, lookups

@@ -14,8 +14,9 @@ from .. import compat
 from .closures import Closure, arrange
 from .lookups import Lookups
 from .material import TOO_LARGE, emitted_radiance
-from .nodes import find_input, live_link
+from .nodes import find_input
 from .values import Sun, Values
+from .volume import volume_program
 
 FAR_AWAY = 3e38
 RAYS = (("camera", 1), ("diffuse", 2), ("glossy", 4), ("transmission", 8))  # RAY_ bits of kernels/scene_records.h
@@ -26,12 +27,13 @@ FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
 @dataclass
 class World:
     """`radiance` W/(m^2 sr), f8 [3], or `program` where it differs by direction; kinds of rays that do not see it; its
-    `sun`, as Scene.world_sun has it."""
+    `sun`, as Scene.world_sun has it; the `volume` that fills it."""
 
     radiance: np.ndarray
     program: MaterialProgram | None = None
     hidden: int = 0
     sun: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
+    volume: MaterialProgram | None = None
 
 
 def export_world(scene, notes, lookups: Lookups) -> World:
@@ -47,8 +49,13 @@ def export_world(scene, notes, lookups: Lookups) -> World:
     output = world.node_tree.get_output_node("CYCLES")
     if output is None:
         return World(np.zeros(3))
-    if live_link(output.inputs["Volume"]):
-        values.note("volumes are not supported: left out")
+    made = emitting_world(values, output, hidden)
+    made.volume = volume_program(world, world.node_tree, "world", notes, lookups)
+    return made
+
+
+def emitting_world(values: Values, output, hidden: int) -> World:
+    """What the surface of an output emits."""
     radiance = emitted_radiance(values, find_input(output, "Surface"))
     if not varies(radiance):
         return World(np.maximum(radiance.astype(np.float64), 0.0), None, hidden)

@@ -64,8 +64,10 @@ class StudyDevice(OpenCLDevice):
         if self.variant.traversal == "list_local" and transparent:
             raise ValueError("list_local: shadow rays that pass transparent surfaces cannot go together")
         n = numbers()
-        if self.variant.schedule != "shipping" and prepared.features & (n["FEATURE_SUBSURFACE"] | n["FEATURE_SHINES"]):
-            raise ValueError(f"{self.variant.schedule}: it neither walks below surfaces nor completes lights")
+        lacking = n["FEATURE_SUBSURFACE"] | n["FEATURE_SHINES"] | n["FEATURE_VOLUME"]
+        if self.variant.schedule != "shipping" and prepared.features & lacking:
+            raise ValueError(f"{self.variant.schedule}: it neither walks below surfaces, travels through volumes nor "
+                             "completes lights")
         prepared = adapt(prepared, self.variant)
         self.copy_scene(prepared)
         self.wavefront, self.features = None, prepared.features

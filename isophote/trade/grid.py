@@ -14,7 +14,8 @@ from isophote.settings import Settings
 NO_LIMIT = 128  # bounces of the truth: roulette ends paths long before
 BASE, TRUTH, ADAPTIVE = "base", "truth", "adaptive"
 FIELDS = {field.name for field in fields(Settings)}
-BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
+BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces",
+           "transparent_bounces")
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,9 @@
 #define OP_BECKMANN_GLASS 29
 #define OP_HOLDOUT 30
 #define OP_SUBSURFACE 31
+/* Of volumes (volume.h), whose programs hold no others. */
+#define OP_EXTINCTION 64
+#define OP_SCATTERING 65
 
 /* X(number, name, class of its labels): eval_NAME, sample_NAME and albedo_NAME exist. */
 #define CLOSURES(X)                                                    \

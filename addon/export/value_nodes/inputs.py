@@ -50,7 +50,7 @@ def place(values):
     """Where the shaded point is in Blender's world; in a world, the direction in which one looks."""
     if values.lamp:
         return values.lamp.place()
-    return source("object_point" if values.kind == "world" else "position")
+    return source("object_point" if values.kind == "world" and not values.fills else "position")
 
 
 def uv_of(values, name: str = "", from_instancer: bool = False):
@@ -73,6 +73,9 @@ def generated(values, from_instancer: bool = False):
         return triple(*instance_columns(values, "generated", 3))
     if values.lamp:
         return values.lamp.point()
+    if values.fills:
+        low, sizes = (source("attribute", data=values.lookups.attribute(kind)) for kind in ("box_low", "box_sizes"))
+        return (source("object_point") - low) / sizes
     return source("attribute", data=values.lookups.attribute("generated"))
 
 
@@ -96,6 +99,8 @@ def texture_coordinate(values, node, socket, stack):
 
 def object_point(values):
     """The point in the space of its object."""
+    if values.fills and values.kind == "world":
+        return place(values)
     return values.lamp.point() if values.lamp else source("object_point")
 
 

@@ -1,0 +1,31 @@
+"""Volumes against Cycles: a ball of each kind, scenes in fog, haze and clouds (blend_scenes/nodes/make_volume*.py)."""
+
+import pytest
+
+from bench.cycles_process import find_python
+from bench.shaders import MAKER, compare_shaders
+from tests.conftest import missing
+from tests.images.agreement import assert_agrees, made
+
+CLOSE = 0.01  # relative, of a channel's mean over a ball
+# How noisy a picture may be at equal samples, as variance over Cycles'.
+NOISE = {"fog": 2.0, "inside": 1.8, "glow": 1.1, "clouds": 3.0}
+
+
+@pytest.mark.slow
+def test_balls_agree():
+    if find_python() is None:
+        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
+    rows, bits = compare_shaders("", samples=16, replicates=8, maker=MAKER.with_name("make_volumes.py"))
+    assert len(rows) > 20 and bits.get("differing", 0) == 0
+    off = {row["shader"]: row for row in rows
+           if row["notes"] or any(abs(ratio - 1) > CLOSE + 2 * half
+                                  for ratio, half in zip(row["ratios"], row["half_intervals"], strict=True))}
+    assert not off, off
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", NOISE)
+def test_pictures_agree(kind, tmp_path):
+    blend = made("nodes/make_volume_scenes.py", tmp_path / "volume.blend", kind)
+    assert_agrees(blend, 16, 6, NOISE[kind])
