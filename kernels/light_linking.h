@@ -18,8 +18,9 @@ FN uint link_of_light(Scene s, uint light) {
 
 /* The set of receivers that a hit's object is in; volumes are in that of objects that are linked to nothing. */
 FN uint receiver_set(Scene s, Hit h) {
-  if (h.instance == IN_VOLUME) return 0u;
-  return s.links[link_of_object(s, h.instance, h.primitive)].receiver;
+  int in_volume = h.instance == IN_VOLUME;
+  uint set = s.links[in_volume ? 0u : link_of_object(s, h.instance, h.primitive)].receiver;
+  return in_volume ? 0u : set;
 }
 
 /* Whether some objects do not stop a light. */

@@ -83,8 +83,9 @@ FN void draw_light(Batch &__restrict b, Scene s, Columns columns, uint i, uint f
   b.light_primitive[i] = l.primitive;
 }
 
+/* A function of its own: inlined, the loop does not vectorise everywhere. */
 template <uint FEATURES>
-static void draw_lights(Batch &__restrict b, Scene s, Group g) {
+FN_APART void draw_lights(Batch &__restrict b, Scene s, Group g) {
   Columns columns = b.columns();
   FOR_PATHS(i, g.first, g.end) draw_light(b, s, columns, i, FEATURES);
 }

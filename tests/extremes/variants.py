@@ -129,7 +129,8 @@ def for_any_scene(prepared):
     # These say that there are arrays of slots and poses, and values that are computed of surfaces, the world, lights.
     there = ("SLOTS", "VALUES", "BUMP", "LENS", *WANTING)
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
-    closures = [number for name, (number, _) in OPERATIONS.items() if name not in ("emission", "extinction", "scattering")]
+    no_closures = ("emission", "extinction", "scattering")
+    closures = [number for name, (number, _) in OPERATIONS.items() if name not in no_closures]
     unused = make_records("Instruction", len(closures), op=closures)
     tables = prepared.buffers["albedo_tables"]
     buffers = prepared.buffers | {"instructions": np.concatenate([prepared.buffers["instructions"], unused]),
