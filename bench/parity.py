@@ -85,9 +85,9 @@ def differing_floats(a: np.ndarray, b: np.ndarray) -> int:
     return int(np.count_nonzero(np.ascontiguousarray(a).view(word) != np.ascontiguousarray(b).view(word)))
 
 
-def differences(film: Film, other: Film) -> dict[str, int]:
+def differences(film: Film, other: Film, passes: tuple[str, ...] = EVERY_PASS) -> dict[str, int]:
     """Differing floats of each pass, and of the film's sums as "sums"."""
-    mine, others = (make_passes(f, EVERY_PASS) for f in (film, other))
+    mine, others = (make_passes(f, passes) for f in (film, other))
     counts = {name: differing_floats(mine[name], others[name]) for name in mine}
     counts["sums"] = sum(differing_floats(film.sum(plane), other.sum(plane)) for plane in range(film.planes.sums))
     mattes = zip(film.all_mattes().of.values(), other.all_mattes().of.values(), strict=True)

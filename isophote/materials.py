@@ -79,11 +79,12 @@ OPERATIONS: dict[str, tuple[int, tuple[str, ...]]] = {
     "scattering": (65, ("anisotropy", "alpha")),  # of Draine's phase function (kernels/phase.h)
 }
 
+OF_VOLUMES = ("extinction", "scattering")
 
 
 def closure_mask(used: Iterable[int]) -> int:
     """A bit for each of these operations that surfaces have: what kernels are compiled for."""
-    return sum(1 << number for number in used if number < OPERATIONS["extinction"][0])
+    return sum(1 << number for number in set(used) - {OPERATIONS[name][0] for name in OF_VOLUMES})
 
 
 # These may be left out.

@@ -9,7 +9,7 @@
 #if SCENE_FEATURES & FEATURE_CAMERA_MOTION
 /* A path that begins at a time of its own, where the camera is then. */
 FN Path move_with_camera(Scene s, Path p) {
-  Between k = between(uint_of(s.camera[0].poses), shutter_time(s, p.seed, p.index));
+  Between k = between_keys(uint_of(s.camera[0].poses), shutter_time(s, p.seed, p.index));
   GLOBAL const Camera *a = &s.camera[1u + k.first], *b = a + 1;
   real t = k.part;
   real4 q = slerp(load_turn(a->turn), load_turn(b->turn), t);

@@ -45,7 +45,7 @@ typedef struct {
   real part;
 } Between;
 
-FN Between between(uint count, real time) {
+FN Between between_keys(uint count, real time) {
   Between b;
   real at = time * real_of(count - 1u);
   b.first = uint_of(min_int(int_of(at), int_of(count) - 2));
@@ -121,7 +121,7 @@ FN Stretch inverse_stretch(Stretch m) {
 FN Placement placement_at(Scene s, Motion motion, real time) {
   STRICT_FP
   Placement m;
-  Between k = between(motion.poses, time);
+  Between k = between_keys(motion.poses, time);
   GLOBAL const Pose *a = &s.poses[motion.first_pose + k.first], *b = a + 1;
   real t = k.part, rest = REAL(1.0) - t;
   real4 q = slerp(load_turn(a->turn), load_turn(b->turn), t);
@@ -146,7 +146,7 @@ FN int in_deformation(Scene s, uint instance, uint features) {
 /* What has the number `first + vertex` in the first shape of a mesh that deforms. */
 FN real3 shape_at(Scene s, Motion motion, uint first, uint vertex, real time) {
   STRICT_FP
-  Between k = between(motion.shapes, time);
+  Between k = between_keys(motion.shapes, time);
   uint at = first + k.first * motion.vertices + vertex;
   return load3(s.shapes[at]) * (REAL(1.0) - k.part) + load3(s.shapes[at + motion.vertices]) * k.part;
 }

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from isophote.materials import OPERATIONS, PARAMS, make_instruction
+from isophote.materials import OF_VOLUMES, OPERATIONS, PARAMS, make_instruction
 from isophote.prepare import loaded_albedo_tables
 from isophote.values import operations
 
@@ -25,7 +25,8 @@ STRICT = ("-std=c++20", "-shared", "-fPIC", "-ffp-contract=off", "-fno-math-errn
           "-Wdouble-promotion", "-Werror")
 FUNCTIONS = ("sin", "cos", "exp", "log", "acos", "atan2", "pow", "log1p", "expm1", "asin", "sinh", "cosh", "tanh",
              "wide_sin", "wide_cos", "modulo")
-CLOSURES = tuple(name for name in OPERATIONS if name != "emission" and not name.startswith("layer_"))
+CLOSURES = tuple(name for name in OPERATIONS
+                 if name not in ("emission", *OF_VOLUMES) and not name.startswith("layer_"))
 INSTRUCTION = np.dtype([("op", "i4"), ("flags", "u4"), ("weight", "f4", 3), ("params", "f4", PARAMS)])
 
 

@@ -11,7 +11,7 @@ from isophote.scene import Scene, make_scene
 from .attributes import join_attributes
 from .camera import camera_of, export_camera, resolution_of, view_of
 from .changes import Changes, Meshes, OthersMet
-from .instances import Gatherer
+from .instances import LINK, Gatherer
 from .light import join_lights
 from .motion import follows_motion, middle_of_shutter, with_motion
 from .moving import identities
@@ -79,7 +79,7 @@ def export_with(meshes: Meshes, depsgraph, resolution, camera, frame) -> Scene:
     arrays |= meshes.join() | join_lights(gatherer.lamps, gatherer.add_program)
     arrays |= join_instances(gatherer) | join_spheres(gatherer.spheres) | join_materials(gatherer.programs)
     for group, linked in (("instance", gatherer.instances), ("sphere", gatherer.spheres)):
-        arrays |= gatherer.linking.arrays(group, [each[-1] for each in linked])
+        arrays |= gatherer.linking.arrays(group, [each[LINK] for each in linked])
     arrays |= gatherer.linking.arrays("light", [lamp.link for lamp in gatherer.lamps])
     arrays |= gatherer.lookups.arrays() | gatherer.instance_values()
     arrays |= {"material_volume": [gatherer.volume_of.get(k, -1) + 1 for k in range(len(gatherer.programs))],

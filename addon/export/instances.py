@@ -25,6 +25,7 @@ from .mattes import NO_MATERIAL, Mattes
 from .visibility import Appearance, appearances, is_catcher, visibility_of
 from .volume import material_volume
 
+LINK = 7  # where the number in `linking` stands in the tuples of instances and of spheres
 # Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
 WITH_MESH = {"MESH", "META"}
 LEFT_OUT = {

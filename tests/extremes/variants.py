@@ -11,7 +11,7 @@ from bench.parity import differing_floats, expose, full_frame
 from bench.specialise import WANTING
 from isophote.device import list_kind, open_device
 from isophote.film import Film
-from isophote.materials import OPERATIONS
+from isophote.materials import OF_VOLUMES, OPERATIONS
 from isophote.passes import film_planes
 from isophote.records import make_records, numbers
 from isophote.scene import Scene
@@ -97,6 +97,7 @@ def instanced(scene: Scene, matrix: np.ndarray = TURN) -> Scene:
         "instruction_weight": np.concatenate([scene.instruction_weight, np.zeros((1, 3))]),
         "instruction_params": np.concatenate([scene.instruction_params, 0 * scene.instruction_params[:1]]),
         "instruction_flags": np.append(scene.instruction_flags, 0),
+        "material_volume": np.append(scene.material_volume, 0),
         "material_steps": np.append(scene.material_steps, len(scene.step_op)),
         "material_shadow_steps": np.append(scene.material_shadow_steps, 0),
     }
@@ -129,8 +130,7 @@ def for_any_scene(prepared):
     # These say that there are arrays of slots and poses, and values that are computed of surfaces, the world, lights.
     there = ("SLOTS", "VALUES", "BUMP", "LENS", *WANTING)
     every &= ~sum(n[f"FEATURE_{name}"] for name in there) | prepared.features
-    no_closures = ("emission", "extinction", "scattering")
-    closures = [number for name, (number, _) in OPERATIONS.items() if name not in no_closures]
+    closures = [number for name, (number, _) in OPERATIONS.items() if name not in ("emission", *OF_VOLUMES)]
     unused = make_records("Instruction", len(closures), op=closures)
     tables = prepared.buffers["albedo_tables"]
     buffers = prepared.buffers | {"instructions": np.concatenate([prepared.buffers["instructions"], unused]),
