@@ -31,7 +31,7 @@ def sums_of(name) -> np.ndarray:
         film = render_in_parts(device, full_frame(scene), settings)
     finally:
         device.close()
-    return np.stack([film.sum(plane) for plane in range(film.planes)])
+    return np.stack([film.sum(plane) for plane in range(film.planes.sums)])
 
 
 @cache
