@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from bench.cycles_compare import render_both
-from bench.cycles_process import find_python
-from tests.conftest import missing
 from tests.images.patches import make_blends, patches_of
 
 PATCH = 32  # pixels
@@ -14,8 +12,6 @@ CLOSE, STEEP = 0.002, 0.015  # difference of nine pixels out of ten: usually, an
 
 @pytest.mark.slow
 def test_normals_of_displaced_meshes_agree(tmp_path):
-    if find_python() is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
     make_blends("make_displacement.py", tmp_path)
     both = render_both(tmp_path / "displacement.blend", 0, 1, 2)
     assert not both["scene"].notes

@@ -2,9 +2,7 @@
 
 import pytest
 
-from bench.cycles_process import find_python
 from bench.shaders import MAKER, compare_shaders
-from tests.conftest import missing
 from tests.images.agreement import assert_agrees, made
 
 CLOSE = 0.01  # relative, of a channel's mean over a ball
@@ -14,8 +12,6 @@ NOISE = {"fog": 2.0, "inside": 1.8, "glow": 1.1, "clouds": 3.0}
 
 @pytest.mark.slow
 def test_balls_agree():
-    if find_python() is None:
-        missing("no Python with a bpy module: set ISOPHOTE_BPY_PYTHONS")
     rows, bits = compare_shaders("", samples=16, replicates=8, maker=MAKER.with_name("make_volumes.py"))
     assert len(rows) > 20 and bits.get("differing", 0) == 0
     off = {row["shader"]: row for row in rows
