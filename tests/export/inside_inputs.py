@@ -173,6 +173,27 @@ def test_displacement_moves_vertices():
         bpy.data.objects.remove(ob)
 
 
+def test_displacement_stays_while_a_mesh_deforms():
+    """A shape key lifts the square: at each time it has the displacement of the middle, which a note says."""
+    ob = add("square", square(materials=(displacing("DISPLACEMENT"),)))
+    ob.shape_key_add(name="rest")
+    lifted = ob.shape_key_add(name="lifted")
+    for point in lifted.data:
+        point.co.z += 1.0
+    for frame in (0, 2):
+        lifted.slider_max, lifted.value = 4.0, 2.0 * frame
+        lifted.keyframe_insert("value", frame=frame)
+    bpy.context.scene.render.use_motion_blur, bpy.context.scene.render.motion_blur_shutter = True, 1.0
+    scene = export()
+    opened, middle, closed = scene.key_vertices.reshape(3, 4, 3)
+    near(middle, scene.vertices)
+    near(middle[:, 2], 2.0 + 0.5 * middle[:, 0] - 0.25)
+    for way in (closed - middle, middle - opened):
+        assert 0.5 < way[0, 2] < 2.0
+        near(way, np.tile((0.0, 0.0, way[0, 2]), (4, 1)))
+    assert any("displacement is that of the middle" in what for what in notes_of(scene, "square")), scene.notes
+
+
 def test_objects_that_share_a_mesh_are_displaced_by_their_own_materials():
     shared = square(materials=(material("plain"),))
     _, moved, again = (add(name, shared, (3.0 * k, 0.0, 0.0)) for k, name in enumerate("abc"))
