@@ -45,8 +45,8 @@ def room():
 def test_powers_of_two_change_no_bit(how):
     """Every scene of the parity suite, and one of them instanced, as meshes that grow or as matrices that do.
 
-    But not those whose materials compute values, for textures in space do not grow with what they are on, nor those with
-    volumes, whose densities are per metre.
+    But not those whose materials compute values, for textures in space do not grow with what they are on, nor volumes,
+    whose densities are per metre.
     """
     scenes = {name: make() for name, make in SCENES.items()} | {"room": room(), "room, instanced": instanced(room())}
     scenes["in motion"] = changed(scenes["between_frames"], vectors=0)
