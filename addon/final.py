@@ -16,7 +16,7 @@ import bpy
 
 from isophote.device import DeviceError
 from isophote.film import FilmError
-from isophote.passes import make_named, make_passes
+from isophote.passes import make_named, make_passes, with_catchers
 from isophote.scene import SceneError
 from isophote.session import Progress, Session
 
@@ -77,7 +77,7 @@ def render_layer(engine, depsgraph) -> None:
     settings = make_settings(blender_scene, view_layer, region, engine.is_preview)
     if not engine.is_preview:
         settings = replace(settings, named=scene.named)
-    settings = replace(settings, shadow_catchers=scene.catches and settings.film_transparent)
+    settings = with_catchers(settings, scene)
     if not blender_scene.render.use_multiview:
         only = [seen_from(scene, engine, depsgraph)]
         del scene

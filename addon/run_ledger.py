@@ -12,6 +12,7 @@ from dataclasses import replace
 import bpy
 
 from isophote.bias import PAIRS, SAMPLES, checked_ledger, small
+from isophote.passes import with_catchers
 
 from . import background_job
 from .exporter import render_to_scene
@@ -22,6 +23,7 @@ def ledger(arguments: list[str], stopped: Callable[[], bool]) -> dict:
     settings = replace(background_job.settings_of(blender_scene), samples=SAMPLES, passes=("combined",))
     background_job.say_doing("exporting", 0.0)
     scene, _ = render_to_scene(blender_scene)
+    settings = with_catchers(settings, scene)
 
     def progress(what: str) -> None:
         if stopped():

@@ -13,6 +13,7 @@ from pathlib import Path
 import bpy
 
 from isophote.device import list_devices
+from isophote.passes import with_catchers
 from isophote.scene import resized
 from isophote.trade.job import Job
 from isophote.trade.plan import reduced
@@ -27,6 +28,7 @@ def make_job(folder: str, seconds: str, longest: str, scene_name: str, name: str
     base = background_job.settings_of(blender_scene)
     background_job.say_doing("exporting", 0.0)
     scene, _ = render_to_scene(blender_scene)
+    base = with_catchers(base, scene)
     full = tuple(int(n) for n in scene.resolution)
     others = tuple(device.id for device in list_devices() if device.usable and device.id != base.device)
     Path(folder).mkdir(parents=True, exist_ok=True)

@@ -26,7 +26,7 @@ from bench.scenes import ignis_box, made_scenes, own_scenes
 from isophote.compare import differing_floats
 from isophote.device import DeviceError
 from isophote.openmp import processor_name
-from isophote.passes import PASSES
+from isophote.passes import PASSES, with_catchers
 from isophote.scene import Scene
 from isophote.settings import Settings
 
@@ -46,7 +46,7 @@ def render_both(blend: Path, longest: int, samples: int, replicates: int, over=N
     between = time.perf_counter()
     settings = same_settings(info, samples=samples)
     scene = exported(blend, tuple(info["size"]))
-    settings = replace(settings, shadow_catchers=scene.catches and settings.film_transparent)
+    settings = with_catchers(settings, scene)
     ours = render_replicates(scene, settings, range(replicates), over)
     seconds = {"isophote": time.perf_counter() - between, "cycles": between - started}
     return {"isophote": ours, "cycles": theirs, "scene": scene, "settings": settings, "info": info, "seconds": seconds}

@@ -20,6 +20,8 @@ def motion_errors(scene: Scene) -> list[tuple[str, int, str]]:
         errors.append(("instances", 0, "key_to_world has not the matrices that instance_keys counts"))
     if of_shapes.sum() != len(scene.key_vertices) or (of_shapes * smooth).sum() != len(scene.key_normals):
         errors.append(("meshes", 0, "key_vertices and key_normals have not the shapes that mesh_keys counts"))
+    if not np.isfinite(scene.key_normals).all():
+        errors.append(("meshes", 0, "key_normals is not finite"))
     counts = np.concatenate([scene.instance_keys, scene.mesh_keys])
     if scene.vectors and not np.isin(counts, (0, 3)).all():
         errors.append(("instances", 0, "the Vector pass wants keys of three frames"))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from isophote.emission import emitted
+from isophote.flatten import matrix_ranks
 from isophote.geometry import baked_buffers, mesh_uses, own_trees
 from isophote.material_program import Displacement, MaterialProgram, join_materials
 from isophote.prepare import program_buffers
@@ -74,9 +75,10 @@ def moving_parts(scene: Scene, displacements: dict[int, Displacement]) -> list[M
     moves, turns = np.zeros(count, bool), np.zeros(count, bool)
     moves[list(displacements)] = True
     turns[[number for number, each in displacements.items() if each.turns_normals]] = True
-    meshes, first_instance = np.unique(scene.instance_mesh, return_index=True)
+    there = np.flatnonzero(matrix_ranks(scene.instance_to_world) == 3)  # flatten.py and validate.py see to the others
+    meshes, first_instance = np.unique(scene.instance_mesh[there], return_index=True)
     made = []
-    for mesh, instance in zip(meshes.tolist(), first_instance.tolist(), strict=True):
+    for mesh, instance in zip(meshes.tolist(), there[first_instance].tolist(), strict=True):
         begin, end = scene.mesh_triangles[mesh:mesh + 2].tolist()
         slots = scene.triangle_slots[begin:end] if len(scene.triangle_slots) else np.zeros(end - begin, np.uint16)
         material = scene.slot_materials[scene.instance_slots[instance] + slots.astype(np.int64)]

@@ -26,14 +26,14 @@ def instance_ranks(scene: Scene) -> np.ndarray:
     finite."""
     ranks = matrix_ranks(scene.instance_to_world)
     moving = np.flatnonzero(scene.instance_keys)
-    if len(moving) and not scene.vectors:
+    if len(moving):
         with np.errstate(over="ignore", invalid="ignore"):
-            large = np.linalg.det(scene.key_to_world[:, :, :3]).astype(np.float32)
-        of_keys = np.where(np.isfinite(large), matrix_ranks(scene.key_to_world), 0)  # kernels invert by minors
+            large = np.linalg.det(scene.key_to_world[:, :, :3]).astype(np.float32)  # kernels invert by minors
+            finite = np.isfinite(large) & np.isfinite(scene.key_to_world.astype(np.float32)).all(axis=(1, 2))
         counts = scene.instance_keys[moving].astype(np.int64)
         first = np.cumsum(counts) - counts
-        worst = np.minimum.reduceat(of_keys, first)
-        ranks[moving] = np.where(worst > 0, np.maximum.reduceat(of_keys, first), 0)
+        most = ranks[moving] if scene.vectors else np.maximum.reduceat(matrix_ranks(scene.key_to_world), first)
+        ranks[moving] = np.where(np.logical_and.reduceat(finite, first), most, 0)
     return ranks
 
 

@@ -35,13 +35,14 @@ COMPARE = "only another renderer that has it can tell: isophote compare measures
 
 
 def ledger_of(film: Film, settings: Settings, notes: list[dict]) -> list[dict]:
-    """The entries of a render; `notes` are those of Session, of which those about devices are left out."""
+    """The entries of a render; `notes` are those of Session, of which those about devices and passes are left out."""
     entries = [clamp_entry(film, settings, name) for name in CLAMPS if getattr(settings, name) > 0.0]
     entries += [limit_entry(film, settings, name) for name in LIMITS]
     if settings.precision == "fast":
         entries.append(entry("precision", "fast", "not measured", how=MEASURE))
     entries.append(invalid_entry(film))
-    left_out = {f"{note['kind']} '{note['name']}': {note['what']}" for note in notes if note["kind"] != "device"}
+    left_out = {f"{note['kind']} '{note['name']}': {note['what']}" for note in notes
+                if note["kind"] not in ("device", "pass")}
     return entries + [entry("left_out", what, "not measured", how=COMPARE) for what in sorted(left_out)]
 
 

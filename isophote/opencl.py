@@ -85,8 +85,6 @@ def build_options(device, settings: Settings, prepared: Prepared) -> list[str]:
     options = ["-cl-std=CL1.2", f"-DSCENE_FEATURES={prepared.features}u",
                f"-DCLOSURES_USED={prepared.operations}u", f"-DGROUPS_USED={film_planes(settings).mask}u",
                f"-DCLAMPS={int(settings.clamps)}", f"-DREGISTERS={max(prepared.registers, 1)}"]
-    if "ambient_occlusion" in film_planes(settings).groups:
-        options.append("-DOCCLUSION")
     if prepared.features & numbers()["FEATURE_VALUES"]:
         options += [f"-DVALUES_USED_{family}={mask}u" for family, mask in enumerate(prepared.values)]
     if settings.precision == "fast":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from isophote.film import Film, FilmError
 from isophote.mattes import UNITS
 from isophote.planes import INVALID, Planes, make_planes, named_width
 from isophote.records import plane_groups
+from isophote.scene import Scene
 from isophote.settings import Settings
 from isophote.statistics import pixel_error
 
@@ -227,6 +228,11 @@ def planes_for(names: Iterable[str], clamps: bool = False, named: Iterable[str] 
     wanted = [PASSES[name] for name in names]
     return make_planes((group for entry in wanted for group in entry.groups), clamps, named,
                        (entry.matte for entry in wanted if entry.matte), levels)
+
+
+def with_catchers(settings: Settings, scene: Scene) -> Settings:
+    """The settings with what it takes to show shadows where the scene catches any and the film is transparent."""
+    return replace(settings, shadow_catchers=scene.catches and settings.film_transparent)
 
 
 def film_planes(settings: Settings) -> Planes:

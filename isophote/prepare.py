@@ -19,7 +19,7 @@ from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
 from isophote.values import operation_of, operations
-from isophote.volumes import find_majorants, has_volumes, is_camera_enclosed
+from isophote.volumes import Filled, filled_objects, find_majorants, has_volumes, is_camera_enclosed
 from isophote.world_map import make_world_map
 
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
@@ -90,19 +90,20 @@ def prepare(scene: Scene, kept: Geometry | None = None) -> Prepared:
 def program_buffers(scene: Scene, geometry: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """All that programs of materials read: the buffers of a geometry, and what there is but lights."""
     materials, instructions = make_materials(scene)
+    filled = filled_objects(scene)
     buffers = geometry | {
         "camera": make_camera(scene), "materials": materials, "instructions": instructions,
         "steps": make_steps(scene), **lookup_buffers(scene), "slot_materials": scene.slot_materials,
         "filter_table": filter_tables(scene), "albedo_tables": albedo_tables(instructions),
         "light_groups": light_groups(scene), "aovs": make_aovs(scene), "terminators": terminators(scene),
         "pass_indices": np.concatenate([pass_indices(scene), matte_ids(scene)])}
-    buffers["world"] = make_world(scene, buffers)
+    buffers["world"] = make_world(scene, buffers, filled)
     buffers["world"]["features"] = find_features(scene, buffers, materials)
     buffers = as_kernels_have_them(buffers)
     if len(scene.step_op) and not len(scene.instance_mesh):
         buffers |= stand_ins(scene, buffers)
     if has_volumes(scene) and len(scene.step_op):
-        buffers["materials"]["majorant"] = find_majorants(scene, buffers)
+        buffers["materials"]["majorant"] = find_majorants(scene, buffers, filled)
     return buffers
 
 
@@ -120,8 +121,8 @@ def as_kernels_have_them(buffers: dict[str, np.ndarray]) -> dict[str, np.ndarray
             if name in buffers}
 
 
-def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
-    """The world's record, without lights; `buffers` hold light_groups."""
+def make_world(scene: Scene, buffers: dict[str, np.ndarray], filled: list[Filled]) -> np.ndarray:
+    """The world's record, without lights; `buffers` hold light_groups, `filled` are volumes.filled_objects."""
     none = numbers()["NONE"]
     indices, ids = pass_indices(scene), matte_ids(scene)
     material = scene.world_material[0] if len(scene.world_material) else none
@@ -134,7 +135,7 @@ def make_world(scene: Scene, buffers: dict[str, np.ndarray]) -> np.ndarray:
                         light_group=scene.world_group,
                         sphere_groups=len(scene.instance_group) if len(buffers["light_groups"]) else none,
                         volume=scene.world_volume - 1 if scene.world_volume else none,
-                        camera_enclosed=is_camera_enclosed(scene), vectors=vectors,
+                        camera_enclosed=is_camera_enclosed(scene, filled), vectors=vectors,
                         aovs=scene.aov_values.shape[1], mist_start=start, mist_falloff=falloff,
                         mist_scale=1.0 / depth if depth > 0.0 else 0.0,
                         uv=scene.uv_attribute[0] if len(scene.uv_attribute) else none, sphere_indices=spheres,

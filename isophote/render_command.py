@@ -19,7 +19,7 @@ from isophote.blender_process import export_blend
 from isophote.device import DeviceError, open_device
 from isophote.images import LAYER, ImageError, check_writable, write_image
 from isophote.ledger import ledger_lines
-from isophote.passes import PASSES, USUAL, check_passes, make_named, make_passes
+from isophote.passes import PASSES, USUAL, check_passes, make_named, make_passes, with_catchers
 from isophote.scene import Scene, SceneError, load_scene, resized
 from isophote.session import Progress, Session
 from isophote.settings import Settings
@@ -68,13 +68,16 @@ def checked_settings(output: Path, time_limit: float | None, passes: str | None,
 
 
 def with_file_settings(job: Job, scene: Scene) -> Job:
-    """The job with the scene file's settings where no option was given. Raises SceneError for values that cannot be."""
+    """The job with the scene file's settings where no option was given, and what the scene itself asks for.
+
+    Raises SceneError for values that cannot be.
+    """
     wanted = {name: value for name, value in scene.settings.items() if name not in job.given}
     if "samples" in job.given:  # asking for samples, a time or an error lifts the file's other limits
         wanted.pop("time_limit", None)
         wanted.pop("error_target", None)
     try:
-        return replace(job, settings=replace(job.settings, **wanted))
+        return replace(job, settings=with_catchers(replace(job.settings, **wanted), scene))
     except (TypeError, ValueError) as error:
         raise SceneError(f"{job.scene}: its settings cannot be used: {error}") from None
 
@@ -116,8 +119,6 @@ def render_job(job: Job, console: Console) -> dict:
     opening = time.perf_counter() - started
     scene, export_seconds = open_scene(job.scene, job.frame, job.size, job.blender, console)
     job = with_file_settings(job, scene)
-    caught = scene.catches and job.settings.film_transparent
-    job = replace(job, settings=replace(job.settings, shadow_catchers=caught))
     if job.output.suffix.lower() == ".exr":
         job = replace(job, settings=replace(job.settings, named=scene.named))
     if device.kind != "opencl" or not device.take_up(job.settings):

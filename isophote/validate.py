@@ -20,7 +20,6 @@ from isophote.scene import Scene
 from isophote.values import operations
 from isophote.volumes import asks_for_surfaces, is_deeply_nested
 
-LINK_SETS = 64  # of receivers and of blockers of light: bits of a mask
 LIGHT_KINDS = 5  # point, spot, sun, rectangle, ellipse: those that a scene may hold
 
 
@@ -80,8 +79,17 @@ def check(scene: Scene) -> tuple[list[Problem], Scene, list[dict]]:
         problems += geometry_problems(scene, bad) + light_problems(scene, bad) + world_problems(scene)
         if not any(problem.severity == "error" for problem in problems):
             scene, notes = cleaned(scene, bad)
+            problems += volume_problems(scene)
     order = {"error": 0, "dropped": 1, "warning": 2}
     return sorted(problems, key=lambda problem: order[problem.severity]), scene, notes
+
+
+def volume_problems(scene: Scene) -> list[Problem]:
+    """Of a scene that was cleaned: what they lie in has to be finite."""
+    if not is_deeply_nested(scene):
+        return []
+    return [Problem("warning", "scene", f"more than {numbers()['MOST_VOLUMES']} volumes may lie in each other: where "
+                                        "that is so, the first ones count")]
 
 
 def cleaned(scene: Scene, bad: Bad) -> tuple[Scene, list[dict]]:
@@ -219,8 +227,8 @@ def index_problems(scene: Scene) -> list[Problem]:
     inside("slots", "slot_materials", len(a["material_first"]) - 1, "material")
     inside("spheres", "sphere_material", len(a["material_first"]) - 1, "material")
     inside("worlds", "world_material", len(a["material_first"]) - 1, "material")
-    inside("instances", "instance_sets", LINK_SETS, "set of linked objects")
-    inside("spheres", "sphere_sets", LINK_SETS, "set of linked objects")
+    inside("instances", "instance_sets", numbers()["MOST_SETS"], "set of linked objects")
+    inside("spheres", "sphere_sets", numbers()["MOST_SETS"], "set of linked objects")
     inside("lights", "light_material", len(a["material_first"]), "material")
     inside("materials", "material_volume", len(a["material_first"]), "material")
     inside("worlds", "world_volume", len(a["material_first"]), "material")
@@ -452,9 +460,6 @@ def world_problems(scene: Scene) -> list[Problem]:
     for group in ("instances", "spheres", "materials"):
         for index in np.flatnonzero(~np.isfinite(scene.arrays[f"{group.removesuffix('s')}_index"])):
             problems.append(Problem("error", scene.name_of(group, index), "its pass index is not finite"))
-    if is_deeply_nested(scene):
-        problems.append(Problem("warning", "scene", f"more than {numbers()['MOST_VOLUMES']} volumes may lie in each "
-                                                    "other: where that is so, the first ones count"))
     dark = not (scene.world_radiance.any() or len(scene.world_material))
     if not len(scene.instance_mesh) and not len(scene.sphere_radius):
         black = ", and the world is black" if dark else ""

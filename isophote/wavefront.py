@@ -16,7 +16,8 @@ from isophote.records import numbers
 # Columns of 4 bytes a path, by buffer; `columns` are as many as the film's further planes want.
 COLUMNS = {"reals": 12, "uints": 7, "hit_reals": 3, "hit_uints": 2, "light_reals": 10, "light_uints": 3, "results": 4,
            "queue": 1, "next_queue": 1, "light_queue": 1}
-MEDIUM_COLUMNS, VOLUME_COLUMNS = 11, 18  # kernels/walk.h, volume.h
+MEDIUM_COLUMNS = 11  # kernels/walk.h
+VOLUME_COLUMNS = 2 * numbers()["MOST_VOLUMES"] + 2  # kernels/volume.h
 KERNELS = ("generate", "extend", "travel", "occlude", "shade", "complete", "connect", "accumulate")
 GROUP = 64  # work-items of a group
 # Of `shade` on GPUs. Barriers keep a group's threads at the same instructions, of which shading has more than an
@@ -36,7 +37,7 @@ def path_columns(planes: Planes, features: int) -> dict[str, int]:
     times, medium, linked, travels = (bool(features & n[name]) for name in names)
     made["reals"] += MEDIUM_COLUMNS * medium + times
     made["uints"] += VOLUME_COLUMNS * travels
-    made["light_reals"] += planes.clamps + times + linked
+    made["light_reals"] += planes.clamps + times
     made["light_uints"] += (1 + VOLUME_COLUMNS) * travels
     made["results"] += 2 * planes.clamps
     made["columns"] = max(planes.columns + linked, 1)

@@ -275,7 +275,7 @@ FN int is_to_lamp(Ray ray) {
 /* A light as it is at a time: triangles are where their instances and vertices are then. What the light tree knows of them
  * is of the middle of the shutter's time, as in Cycles. */
 FN Light light_at(Scene s, Light l, real time, uint features) {
-  if (l.kind != LIGHT_TRIANGLE || !(in_motion(s, l.instance, features) || in_deformation(s, l.instance, features))) return l;
+  if (l.kind != LIGHT_TRIANGLE || !is_moving(s, l.instance, features)) return l;
   GLOBAL const uint *corner = &s.indices[3u * l.primitive];
   real3 v0 = vertex_at(s, l.instance, corner[0], time, features);
   real3 e1 = vertex_at(s, l.instance, corner[1], time, features) - v0;
@@ -339,6 +339,7 @@ FN LightSample finish_light(Scene s, LightWalk walk, real3 p, real u_y, real fin
 FN LightSample link_sample(Scene s, LightSample r, uint light, uint set) {
   uint link = link_of_light(s, light);
   r.pdf = is_in_mask(s.links[link].unlit, set) ? REAL(0.0) : r.pdf;
+  r.can_be_hit = r.can_be_hit & !is_shadow_linked(s, link); /* only shadow rays pass what does not stop it */
   r.primitive = s.lights[light].kind < LIGHT_TRIANGLE ? TO_LAMP + light : r.primitive;
   return r;
 }

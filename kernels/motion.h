@@ -143,6 +143,10 @@ FN int in_deformation(Scene s, uint instance, uint features) {
   return (features & FEATURE_DEFORMATION) && instance < SPHERE_INSTANCE && s.motions[instance].shapes > 0u;
 }
 
+FN int is_moving(Scene s, uint instance, uint features) {
+  return in_motion(s, instance, features) || in_deformation(s, instance, features);
+}
+
 /* What has the number `first + vertex` in the first shape of a mesh that deforms. */
 FN real3 shape_at(Scene s, Motion motion, uint first, uint vertex, real time) {
   STRICT_FP

@@ -13,7 +13,14 @@ __kernel void occlude(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL 
   Surface at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
   Material m = s.materials[at.material];
   compute_values(s, m, occlusion_steps(m), at, path_ray(p), h, p.bounces, uint_of(path_passed(p)), registers);
-  Connection c = connect_surroundings(s, m, at, p, registers);
-  show_occlusion(columns, stride, p.slot, film_groups(params), c.brought.light,
-                 trace_connection(s, params, c, SCENE_FEATURES, registers));
+  Connection c = connect_surroundings(s, m, at, p, h, registers);
+#if SCENE_FEATURES & FEATURE_VOLUME
+  Volumes v;
+  load_volumes(volumes_of_paths(uints, stride), stride, queue[k], &v);
+  cross_towards(&v, m, h, at, c.ray.origin - at.p);
+  Shadow d = trace_in_volumes(s, params, make_shadow(c.ray, c.passed, c.bounces), &v, registers);
+#else
+  Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
+#endif
+  show_occlusion(columns, stride, p.slot, film_groups(params), c.brought.light, d);
 }

@@ -27,13 +27,14 @@ FN uint occlusion_steps(Material m) {
 }
 
 /* A ray that is drawn in proportion to the cosine, and what the pass gets where it is free. */
-FN Connection connect_surroundings(Scene s, Material m, Surface at, Path p, const real *r) {
+FN Connection connect_surroundings(Scene s, Material m, Surface at, Path p, Hit h, const real *r) {
   Connection c;
   real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_BSDF);
   real3 direction = to_world(make_frame(diffuse_normal(s, m, at, p, r)), sample_cosine(u));
   real3 through = (m.flags & MATERIAL_TRANSPARENT) ? material_transparency(m, r) : zero3();
-  c.ray = shadow_ray(offset_origin(at, direction), direction, to_real(s.world[0].occlusion_distance), NONE, NONE,
-                     path_time(p));
+  c.ray = shadow_ray(offset_origin(at, direction), direction, FAR_AWAY, NONE, NONE, path_time(p));
+  if (SCENE_FEATURES & s.world[0].features & FEATURE_TERMINATOR) c.ray = lifted_ray(s, at, h, c.ray);
+  c.ray.t_max = to_real(s.world[0].occlusion_distance);
   c.brought.light = select3(is_held_out(s, m, r), zero3(), path_throughput(p) * saturate3(splat3(REAL(1.0)) - through));
   c.passed = uint_of(path_passed(p));
   c.bounces = p.bounces;

@@ -92,11 +92,14 @@ enum {
 #define GROUPS_MATTE_ASSET 0x20000000u
 #define GROUPS_MATTES 0x38000000u
 #define GROUPS_OF_SAMPLE_0 4
-/* Whether code is compiled for films with the Vector pass: its four numbers, and how many samples there were of it. */
+/* Whether code is compiled for films with the Vector pass (its four numbers, and how many samples there were of it), and
+ * for those with Ambient Occlusion. */
 #ifdef GROUPS_USED
 #define VECTORS_USED (GROUPS_USED >> 7 & 1u)
+#define OCCLUSION_USED (GROUPS_USED >> 12 & 1u)
 #else
 #define VECTORS_USED 1
+#define OCCLUSION_USED 1
 #endif
 /* Luminance cut from direct and from indirect light of replicate 0, then of 1. */
 #define PLANES_CUT 4

@@ -322,6 +322,7 @@ typedef struct {
   uint trail;            /* bit d: which cluster of a pair it lies in, d steps below the light tree's root */
 } Light;
 
+#define MOST_SETS 64 /* of receivers, and of blockers of light: bits of a mask */
 /* What links an object or a lamp to others (light_linking.h). */
 typedef struct {
   uint receiver, blocker;            /* sets that an object is in */

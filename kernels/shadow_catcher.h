@@ -34,10 +34,13 @@ FN int is_catcher(Scene s, uint instance, uint primitive) {
   return (kinds >> CATCHER_SHIFT & RAY_ALL) != 0u;
 }
 
-/* The path at a surface: from the first catcher that the camera sees on it is caught. */
-FN Path meet_catcher(GLOBAL real *columns, uint stride, Scene s, Params params, Path p, Hit h) {
+/* Whether a path's hit is the first catcher that the camera sees: from there on it is caught. */
+FN int is_being_caught(Scene s, Params params, Path p, Hit h) {
   int first = ((p.status & RAY_CAMERA) != 0u) & ((p.status & PATH_CAUGHT) == 0u);
-  if (!catches(params) || !first || !is_catcher(s, h.instance, h.primitive)) return p;
+  return catches(params) && first && is_catcher(s, h.instance, h.primitive);
+}
+FN Path meet_catcher(GLOBAL real *columns, uint stride, Scene s, Params params, Path p, Hit h) {
+  if (!is_being_caught(s, params, p, h)) return p;
   columns[caught_column(params, CAUGHT_MET) * stride + p.slot] = REAL(1.0);
   if (!is_alone(params)) columns[caught_column(params, CAUGHT_LOST) * stride + p.slot] += lost_alpha(1, p);
   p.status |= PATH_CAUGHT;

@@ -76,12 +76,18 @@ FN Receiver path_receiver(Path p, uint set) {
   return r;
 }
 
-/* Whether light that a path has run into counts for its last vertex. The camera sees all. Where a light is not stopped by
- * all objects, what lies behind a transparent one is left to connections (Connection.alone). */
+/* Whether light that a path has run into counts for its last vertex. The camera sees all. */
 FN int is_lit_by(Scene s, uint link, Path p, uint set) {
   if (!(SCENE_FEATURES & FEATURE_LINKING) || set == NONE || (path_kind(p) & RAY_CAMERA)) return 1;
-  int left = (p.pdf > REAL(0.0)) & (p.after_instance != NONE) && is_shadow_linked(s, link);
-  return !(is_in_mask(s.links[link].unlit, set) | left);
+  return !is_in_mask(s.links[link].unlit, set);
+}
+
+/* How much it counts beside light that is drawn: nothing where some objects do not stop the light, for only shadow rays
+ * pass them (link_sample). */
+FN real weight_of_hit(Scene s, uint link, Path p, uint set, real light_pdf) {
+  real weight = mis_weight(p.pdf, light_pdf);
+  if (!(SCENE_FEATURES & FEATURE_LINKING) || set == NONE || !is_shadow_linked(s, link)) return weight;
+  return light_pdf > REAL(0.0) ? REAL(0.0) : REAL(1.0);
 }
 
 /* Transparent surfaces that the path has passed. */
@@ -104,12 +110,14 @@ FN real3 lamp_emission(Scene s, Light l, Ray ray, real t, uint bounces, uint pas
 /* Light that reaches the path's ray from a lamp, which find_lamp has found; `set` as in path_receiver. */
 FN Brought see_lamp(Scene s, Params params, uint lamp, Path p, uint set, LightHit seen, real *r) {
   Light l = s.lights[lamp];
-  real weight = is_lit_by(s, link_of_lamp(s, lamp), p, set) ? REAL(1.0) : REAL(0.0);
+  uint link = link_of_lamp(s, lamp);
+  real weight = is_lit_by(s, link, p, set) ? REAL(1.0) : REAL(0.0);
   if ((SCENE_FEATURES & FEATURE_LAMP_PROGRAMS) && (l.flags & LIGHT_COMPUTED)) {
     uint bounces = p.bounces ? p.bounces : 1u; /* what a drawn lamp is told, one more than its receiver, is never 0 */
     seen.radiance = seen.radiance * lamp_emission(s, l, path_ray(p), seen.t, bounces, uint_of(path_passed(p)), r);
   }
-  if (p.pdf > REAL(0.0)) weight = weight * mis_weight(p.pdf, seen.pdf * light_chance(s, l, path_receiver(p, set)));
+  if (p.pdf > REAL(0.0))
+    weight = weight * weight_of_hit(s, link, p, set, seen.pdf * light_chance(s, l, path_receiver(p, set)));
   return clamp_light(params, path_throughput(p) * seen.radiance * weight, path_bounce(p) - 1);
 }
 
@@ -157,11 +165,12 @@ FN Brought see_emission(Scene s, Params params, Material m, Path p, uint set, Hi
   int compete = (p.pdf > REAL(0.0)) & (h.instance != SPHERE_INSTANCE);
   real light_pdf = REAL(0.0);
   if (compete) light_pdf = emission_pdf(s, h, path_receiver(p, set), make_real3(p.dx, p.dy, p.dz), path_time(p));
-  real weight = compete ? mis_weight(p.pdf, light_pdf) : REAL(1.0);
+  uint link = link_of_object(s, h.instance, h.primitive);
+  real weight = compete ? weight_of_hit(s, link, p, set, light_pdf) : REAL(1.0);
   real3 light = path_throughput(p) * material_emission(m, r) * weight;
   if ((SCENE_FEATURES & FEATURE_LIGHT_LIMITS) && h.instance != SPHERE_INSTANCE)
     light = select3(is_hidden(RAY_INDIRECT & ~s.instances[h.instance].visibility, path_kind(p)), zero3(), light);
-  if (!is_lit_by(s, link_of_object(s, h.instance, h.primitive), p, set)) light = zero3();
+  if (!is_lit_by(s, link, p, set)) light = zero3();
   return clamp_light(params, light, path_bounce(p) - 1);
 }
 
@@ -181,7 +190,6 @@ typedef struct {
   Brought brought;
   uint passed;  /* path_passed: shadow rays count on from there */
   uint bounces; /* the path's */
-  real alone;   /* where lights are linked: what undoes that rays that run into the light are weighed against it */
 } Connection;
 
 FN int is_dark(real3 light) { return (light.x == REAL(0.0)) & (light.y == REAL(0.0)) & (light.z == REAL(0.0)); }
@@ -206,11 +214,6 @@ FN Connection connect_light(Params params, Surface at, LightSample light, BsdfVa
   c.ray = shadow_ray(offset_origin(at, light.direction), light.direction, light.distance, light.instance, light.primitive,
                      path_time(p));
   return c;
-}
-
-/* No ray runs into a light behind an object that does not stop it: there the connection counts in full. */
-FN real weight_alone(LightSample light, BsdfValue value) {
-  return light.can_be_hit ? REAL(1.0) / mis_weight(light.pdf, value.pdf) : REAL(1.0);
 }
 
 /* Whether paths have reached the bounce limits: bit k for the k-th of LIMITS. */
@@ -328,7 +331,6 @@ typedef struct {
   uint bounces; /* the path's */
   int going;
   int limited; /* only the limit has stopped it */
-  int alone;   /* it has gone through something on the way to a light that some objects do not stop */
 } Shadow;
 
 FN Shadow make_shadow(Ray ray, uint passed, uint bounces) {
@@ -339,7 +341,6 @@ FN Shadow make_shadow(Ray ray, uint passed, uint bounces) {
   d.passed = passed;
   d.going = 1;
   d.limited = 0;
-  d.alone = 0;
   return d;
 }
 
@@ -362,7 +363,6 @@ FN Shadow pass_shadow(Scene s, Params params, Shadow d, Hit h, uint features, re
   if (h.instance == NONE) return d;
   uint link = features & FEATURE_LINKING ? aimed_link(s, d.ray) : NONE;
   if (link != NONE && is_shadow_linked(s, link)) {
-    d.alone = 1;
     d.going = is_in_mask(s.links[link].unblocked, s.links[link_of_object(s, h.instance, h.primitive)].blocker);
     if (d.going) return behind_hit(d, h);
   }
@@ -390,10 +390,8 @@ FN Shadow trace_connection(Scene s, Params params, Connection c, uint features, 
   return d;
 }
 
-/* alone: as in Connection. */
-FN Brought behind_shadow(Brought b, Shadow d, real alone) {
+FN Brought behind_shadow(Brought b, Shadow d) {
   b.light = b.light * d.kept;
-  if (SCENE_FEATURES & FEATURE_LINKING) b.light = b.light * (d.alone ? alone : REAL(1.0));
   return b;
 }
 

@@ -110,16 +110,10 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     real3 off_plane = abs3(across) * fabs(dot3(across, r.p - v0));
     if (features & FEATURE_SMOOTH) {
       uint first = instance->first_normal;
-      int smooth = (instance->visibility & INSTANCE_SMOOTH) != 0u;
-      if (smooth)
-        ns = load3(s.normals[first + i0]) * b0 + load3(s.normals[first + i1]) * h.u + load3(s.normals[first + i2]) * h.v;
-#if SCENE_FEATURES & FEATURE_DEFORMATION
-      if (smooth && in_deformation(s, h.instance, features)) {
-        Motion m = s.motions[h.instance];
-        ns = shape_at(s, m, m.first_normal, i0, time) * b0 + shape_at(s, m, m.first_normal, i1, time) * h.u +
-             shape_at(s, m, m.first_normal, i2, time) * h.v;
-      }
-#endif
+      if (instance->visibility & INSTANCE_SMOOTH)
+        ns = normal_at(s, h.instance, first, i0, time, features) * b0 +
+             normal_at(s, h.instance, first, i1, time, features) * h.u +
+             normal_at(s, h.instance, first, i2, time, features) * h.v;
     }
 #if SCENE_FEATURES & FEATURE_MOTION
     int moves = in_motion(s, h.instance, features);

@@ -59,11 +59,11 @@ FN real3 light_side(Scene s, Surface at, uint instance) {
   return select3(terminator_cutoff(s, instance) > REAL(0.0), at.ns, at.ng);
 }
 
-/* A ray from a hit to a light, begun higher where it has to be. */
+/* A ray from a hit to a light, begun higher where it has to be; rays of no length are those of lamps without shadows. */
 FN Ray lifted_ray(Scene s, Surface at, Hit h, Ray ray) {
   real cutoff = terminator_cutoff(s, h.instance);
   real share = cutoff > REAL(0.0) ? lift_share(at, ray.direction, cutoff) : REAL(0.0);
-  if (!(share > REAL(0.0))) return ray;
+  if (!(share > REAL(0.0)) || !(ray.t_max > REAL(0.0))) return ray;
   real3 ng = dot3(at.ns, ray.direction) < REAL(0.0) ? zero3() - at.ng : at.ng;
   real3 origin = at.p + ng * at.offset + smooth_lift(s, h, ng, ray_time(ray)) * share;
   if (ray.t_max < FAR_AWAY) {

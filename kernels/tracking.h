@@ -91,21 +91,25 @@ FN Track track_of_shadow(Shadow d) {
 
 /* After a shadow ray has hit something or not: what volumes take of its light up to there, and whether it goes on. */
 FN Shadow shade_shadow(Scene s, Params params, Shadow d, Volumes *v, Hit h, uint features, real *r) {
-  Track k = track_of_shadow(d);
-  Segment g = make_segment(s, k, d.ray.t_min, h, v, r);
-  real end = h.instance == NONE ? d.ray.t_max : h.t;
+  int missed = h.instance == NONE;
+  Surface at;
+  Material m;
   d.going = 0;
-  if (h.instance == NONE) {
-    d.kept = d.kept * kept_on_way(s, v, k, g, d.ray.t_min, max_real(end - d.ray.t_min, REAL(0.0)), &v->draws, r);
-    return d;
+  if (!missed) {
+    at = make_surface(s, d.ray, h, features);
+    m = s.materials[at.material];
+    if (!(m.flags & (MATERIAL_BOUNDARY | MATERIAL_TRANSPARENT)) && !(features & FEATURE_LINKING)) {
+      d.kept = zero3();
+      return d;
+    }
   }
-  Surface at = make_surface(s, d.ray, h, features);
-  Material m = s.materials[at.material];
-  if (!(m.flags & (MATERIAL_BOUNDARY | MATERIAL_TRANSPARENT)) && !(features & FEATURE_LINKING)) {
-    d.kept = zero3();
-    return d;
-  }
-  d.kept = d.kept * kept_on_way(s, v, k, g, d.ray.t_min, max_real(end - d.ray.t_min, REAL(0.0)), &v->draws, r);
+  Track k = track_of_shadow(d);
+  Segment g;
+  g.majorant = majorant_of(s, v);
+  if (!(g.majorant > REAL(0.0))) g.mixture.extinction = extinction_at(s, v, k, d.ray.t_min, r);
+  real length = max_real((missed ? d.ray.t_max : h.t) - d.ray.t_min, REAL(0.0));
+  d.kept = d.kept * kept_on_way(s, v, k, g, d.ray.t_min, length, &v->draws, r);
+  if (missed) return d;
   if (m.flags & MATERIAL_BOUNDARY) {
     d.going = 1;
     d = behind_hit(d, h);

@@ -5,7 +5,6 @@
 #include "tracking.h"
 
 FN GLOBAL uint *volumes_of_paths(GLOBAL uint *uints, uint stride) { return uints + PATH_UINT_COUNT * stride; }
-#define CONNECTION_BOUNCES 3u /* column of light_uints, of counts with those of transmission */
 FN GLOBAL uint *volumes_of_connections(GLOBAL uint *light_uints, uint stride) {
   return light_uints + (CONNECTION_BOUNCES + 1u) * stride;
 }
@@ -79,20 +78,9 @@ FN Shaded shade_volume(Scene s, Params params, Path p, Hit h, GLOBAL const uint 
   real2 u_choice = sample_bounce(p.seed, p.index, vertex, PAIR_CHOICE);
   r.connected = 0;
   if (SCENE_FEATURES & FEATURE_LIGHTS) {
-    real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
-    LightWalk walk = start_walk(u.x);
-    Receiver receiver = make_receiver(at.p, RECEIVER_ALL);
-    if (SCENE_FEATURES & FEATURE_LINKING) receiver.set = receiver_set(s, h);
-    for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
-    if (has_any(groups, GROUPS_LIGHT_GROUPS))
-      columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
-    LightSample light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, path_time(p), SCENE_FEATURES);
-    if (is_away(s, params, light)) light.pdf = REAL(0.0);
-    if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
+    LightSample light = draw_light(s, params, p, h, at.p, RECEIVER_ALL, u_choice.x, columns, stride);
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
-    BsdfValue towards = phases_towards(&lobes, before, light);
-    r.connection = connect_light(params, at, light, towards, p);
-    if (SCENE_FEATURES & FEATURE_LINKING) r.connection.alone = weight_alone(light, towards);
+    r.connection = connect_light(params, at, light, phases_towards(&lobes, before, light), p);
     r.connected = !is_dark(r.connection.brought.light);
   }
   real3 direction = sample_phases(&lobes, before, u_choice.y, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
@@ -105,33 +93,40 @@ FN Shaded shade_volume(Scene s, Params params, Path p, Hit h, GLOBAL const uint 
 }
 
 /* Which volumes the next ray and the shadow ray of a vertex are in; p and h are those that have led to it. */
-FN void move_in_volumes(Scene s, Path p, Hit h, Shaded r, GLOBAL uint *uints, GLOBAL uint *light_uints, uint stride, uint i) {
+FN void move_in_volumes(Scene s, Params params, Path p, Hit h, Shaded r, GLOBAL uint *uints, GLOBAL uint *light_uints, uint stride,
+                        uint i) {
   Volumes v;
   load_volumes(volumes_of_paths(uints, stride), stride, i, &v);
-  int at_surface = h.instance != NONE && h.instance != IN_VOLUME;
+  int at_surface = h.instance != NONE && h.instance != IN_VOLUME, changes = 0, crosses = 0;
   Material m;
   Surface at;
   if (at_surface) {
-    at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
-    m = s.materials[at.material];
+    changes = is_alone(params) && is_being_caught(s, params, p, h);
+    if (changes) keep_those_of_catchers(s, &v);
+    m = s.materials[hit_material(s, h, SCENE_FEATURES)];
+    crosses = m.volume != NONE;
+    if (crosses) at = make_surface(s, path_ray(p), h, SCENE_FEATURES);
   }
   if (r.connected) {
     Volumes lit = v;
-    if (at_surface) cross_towards(&lit, m, h, at, r.connection.ray.direction);
-    light_uints[CONNECTION_BOUNCES * stride + i] = r.connection.bounces;
+    if (crosses) cross_towards(&lit, m, h, at, r.connection.ray.origin - at.p);
     store_volumes(volumes_of_connections(light_uints, stride), stride, i, &lit);
   }
-  if (r.alive && at_surface && !is_inside(r.path)) {
+  if (r.alive && crosses && !is_inside(r.path)) {
     cross_towards(&v, m, h, at, make_real3(r.path.dx, r.path.dy, r.path.dz));
-    store_volumes(volumes_of_paths(uints, stride), stride, i, &v);
+    changes = 1;
   }
+  if (changes) store_volumes(volumes_of_paths(uints, stride), stride, i, &v);
 }
 
 /* A shadow ray's whole way through surfaces and volumes. */
+FN Shadow trace_in_volumes(Scene s, Params params, Shadow d, Volumes *v, real *r) {
+  while (d.going) d = shade_shadow(s, params, d, v, trace(s, among_catchers(d.ray, is_alone(params)), 0), SCENE_FEATURES, r);
+  return d;
+}
+
 FN Shadow connect_in_volumes(Scene s, Params params, Connection c, GLOBAL uint *light_uints, uint stride, uint i, real *r) {
   Volumes v;
   load_volumes(volumes_of_connections(light_uints, stride), stride, i, &v);
-  Shadow d = make_shadow(c.ray, c.passed, light_uints[CONNECTION_BOUNCES * stride + i]);
-  while (d.going) d = shade_shadow(s, params, d, &v, trace(s, among_catchers(d.ray, is_alone(params)), 0), SCENE_FEATURES, r);
-  return d;
+  return trace_in_volumes(s, params, make_shadow(c.ray, c.passed, c.bounces), &v, r);
 }

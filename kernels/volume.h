@@ -7,7 +7,7 @@
 #ifndef ISOPHOTE_VOLUME_H
 #define ISOPHOTE_VOLUME_H
 #include "phase.h"
-#include "passes.h"
+#include "shadow_catcher.h"
 
 #define MOST_LOBES 16u /* phase functions that count at a point */
 #define SCATTERING_ANISOTROPY 0 /* parameters of OP_SCATTERING */
@@ -24,7 +24,7 @@ typedef struct {
 } Volumes;
 
 /* Columns of a path's volumes, at its slot. */
-#define VOLUME_COLUMNS 18
+#define VOLUME_COLUMNS (2u * MOST_VOLUMES + 2u)
 
 FN void store_volumes(GLOBAL uint *columns, uint stride, uint i, const Volumes *v) {
   for (uint k = 0u; k < v->count; k++) {
@@ -66,6 +66,16 @@ FN void leave_volume(Volumes *v, uint around, uint material) {
   for (uint k = found; k < v->count; k++) {
     v->around[k] = v->around[k + 1u];
     v->material[k] = v->material[k + 1u];
+  }
+}
+
+/* Among catchers of shadows alone there are their volumes and no others, nor the world's, as in Cycles. */
+FN void keep_those_of_catchers(Scene s, Volumes *v) {
+  for (uint k = v->count; k-- > 0u;) {
+    uint around = v->around[k];
+    int sphere = (around & AROUND_SPHERE) != 0u;
+    if (around == NONE || !is_catcher(s, sphere ? SPHERE_INSTANCE : around, around & ~AROUND_SPHERE))
+      leave_volume(v, around, v->material[k]);
   }
 }
 
@@ -401,7 +411,7 @@ FN Scattered scatter_in_volume(Params params, Surface at, Path p, real3 directio
   q.after_primitive = NONE;
   q.pdf = value.pdf;
   q.bounces = bounces;
-  q.status = RAY_OF_VOLUME | (p.status & RAY_AFTER_DIFFUSE) | passed << 8 | (last ? PATH_LAST_HIT : 0u) |
+  q.status = RAY_OF_VOLUME | (p.status & (RAY_AFTER_DIFFUSE | PATH_CAUGHT)) | passed << 8 | (last ? PATH_LAST_HIT : 0u) |
              RECEIVER_ALL << PATH_RECEIVER_SHIFT;
   r.path = q;
   r.alive = (u_roulette < survival) & (brightest > REAL(0.0)) & (value.pdf > REAL(0.0));

@@ -3,8 +3,8 @@
  * Paths lie in structures of arrays, a column a path; queues hold the columns of those that live.
  * counts[2 b] is the length of the queue of bounce b, counts[2 b + 1] that of its connections; they
  * stay on the device. A launch has at least as many work-items as its queue is long.
- * The host defines SCENE_FEATURES, CLOSURES_USED, GROUPS_USED, CLAMPS and, for films with it, OCCLUSION, so that what
- * scene and film lack is not compiled.
+ * The host defines SCENE_FEATURES, CLOSURES_USED, GROUPS_USED and CLAMPS, so that what scene and film lack is not
+ * compiled.
  * limits[k] counts the paths of a pass that the k-th bounce limit has ended; behind are the 64-bit sums of passes. */
 #include "evaluate.h"
 #include "shine.h"
@@ -53,48 +53,7 @@ FN Hit load_hit(HIT_PARAMETERS, uint stride, uint i) {
   return h;
 }
 
-#define LIGHT_TIME_COLUMN (CLAMPS ? 11u : 10u)
-#define LIGHT_ALONE_COLUMN (LIGHT_TIME_COLUMN + (SCENE_FEATURES & FEATURE_MOTION ? 1u : 0u))
-FN void store_connection(LIGHT_PARAMETERS, uint stride, uint i, Connection c) {
-  light_reals[i] = c.ray.origin.x;
-  light_reals[stride + i] = c.ray.origin.y;
-  light_reals[2u * stride + i] = c.ray.origin.z;
-  light_reals[3u * stride + i] = c.ray.direction.x;
-  light_reals[4u * stride + i] = c.ray.direction.y;
-  light_reals[5u * stride + i] = c.ray.direction.z;
-  light_reals[6u * stride + i] = c.ray.t_max;
-  light_reals[7u * stride + i] = c.brought.light.x;
-  light_reals[8u * stride + i] = c.brought.light.y;
-  light_reals[9u * stride + i] = c.brought.light.z;
-  if (CLAMPS) light_reals[10u * stride + i] = c.brought.cut;
-#if SCENE_FEATURES & FEATURE_MOTION
-  light_reals[LIGHT_TIME_COLUMN * stride + i] = c.ray.time;
-#endif
-  if (SCENE_FEATURES & FEATURE_LINKING) light_reals[LIGHT_ALONE_COLUMN * stride + i] = c.alone;
-  light_uints[i] = c.ray.skip_instance;
-  light_uints[stride + i] = c.ray.skip_primitive;
-  light_uints[2u * stride + i] = c.passed | c.bounces << 8; /* without those of transmission: the others tell */
-}
-
-FN Connection load_connection(LIGHT_PARAMETERS, uint stride, uint i) {
-  Connection c;
-  real time = REAL(0.0);
-#if SCENE_FEATURES & FEATURE_MOTION
-  time = light_reals[LIGHT_TIME_COLUMN * stride + i];
-#endif
-  c.ray = shadow_ray(make_real3(light_reals[i], light_reals[stride + i], light_reals[2u * stride + i]),
-                     make_real3(light_reals[3u * stride + i], light_reals[4u * stride + i], light_reals[5u * stride + i]),
-                     light_reals[6u * stride + i], light_uints[i], light_uints[stride + i], time);
-  c.brought.light =
-      make_real3(light_reals[7u * stride + i], light_reals[8u * stride + i], light_reals[9u * stride + i]);
-  c.brought.cut = CLAMPS ? light_reals[10u * stride + i] : REAL(0.0);
-  c.alone = SCENE_FEATURES & FEATURE_LINKING ? light_reals[LIGHT_ALONE_COLUMN * stride + i] : REAL(1.0);
-  c.passed = light_uints[2u * stride + i] & 255u;
-  uint bounces = light_uints[2u * stride + i] >> 8, all = bounces & 255u;
-  c.bounces = bounces | (all - (bounces >> 8 & 255u) - (bounces >> 16)) << 24;
-  c.brought.indirect = all > 0u;
-  return c;
-}
+#include "connection.cl"
 
 /* `columns` are those of passes.h, `from` as there. */
 FN void add_result(GLOBAL real *results, GLOBAL real *columns, uint stride, uint slot, Params params, Brought b, uint from) {
@@ -123,6 +82,22 @@ typedef struct {
   Medium medium; /* of a path that has gone below the surface */
   int alive, connected;
 } Shaded;
+
+/* A light for a path's vertex at a point whose normal is packed; `fine`: a random number of its own. */
+FN LightSample draw_light(Scene s, Params params, Path p, Hit h, real3 point, uint normal, real fine, GLOBAL real *columns,
+                          uint stride) {
+  real2 u = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_LIGHT);
+  LightWalk walk = start_walk(u.x);
+  Receiver receiver = make_receiver(point, normal);
+  if (SCENE_FEATURES & FEATURE_LINKING) receiver.set = receiver_set(s, h);
+  for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
+  if (has_any(film_groups(params), GROUPS_LIGHT_GROUPS))
+    columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
+  LightSample light = finish_light(s, walk, point, u.y, fine, (p.bounces & 255u) + 1u, path_time(p), SCENE_FEATURES);
+  if (is_away(s, params, light)) light.pdf = REAL(0.0);
+  if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
+  return light;
+}
 
 #if SCENE_FEATURES & FEATURE_VOLUME
 #include "travel.cl"
@@ -241,7 +216,7 @@ __kernel void extend(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, GLOBAL c
   }
 }
 
-#ifdef OCCLUSION
+#if OCCLUSION_USED
 #include "occlude.cl"
 #endif
 
@@ -336,16 +311,7 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   light.direction = direction;
   light.hidden = 0u;
   if (lit) {
-    real2 u = sample_bounce(p.seed, p.index, vertex, PAIR_LIGHT);
-    LightWalk walk = start_walk(u.x);
-    Receiver receiver = make_receiver(at.p, receiver_normal(at, m.flags));
-    if (SCENE_FEATURES & FEATURE_LINKING) receiver.set = receiver_set(s, h);
-    for (uint depth = 0u; depth < s.world[0].light_depth; depth++) walk = step_walk(s, walk, receiver);
-    if (has_any(groups, GROUPS_LIGHT_GROUPS))
-      columns[drawn_group_column(params) * stride + p.slot] = real_of(drawn_light_group(s, walk));
-    light = finish_light(s, walk, at.p, u.y, u_choice.x, (p.bounces & 255u) + 1u, path_time(p), SCENE_FEATURES);
-    if (is_away(s, params, light)) light.pdf = REAL(0.0);
-    if (SCENE_FEATURES & FEATURE_LINKING) light = link_sample(s, light, walk.at & ~CLUSTER_LIGHT, receiver.set);
+    light = draw_light(s, params, p, h, at.p, receiver_normal(at, m.flags), u_choice.x, columns, stride);
   }
 
   /* Towards the light, then along the path, in a loop: closures are inlined wherever they are called, and with all of
@@ -370,7 +336,6 @@ FN Shaded shade_path(Scene s, Params params, Path p, Hit h, RESULT_PARAMETERS, u
   if (lit) {
     if (SCENE_FEATURES & FEATURE_SHINES) params.cut_plane = 0; /* clamped where its radiance is computed */
     r.connection = connect_light(params, at, light, of_light.value, p);
-    if (SCENE_FEATURES & FEATURE_LINKING) r.connection.alone = weight_alone(light, of_light.value);
     r.connected = !is_dark(r.connection.brought.light);
     if (lifts && r.connected) r.connection.ray = lifted_ray(s, at, h, r.connection.ray);
   }
@@ -411,7 +376,7 @@ __kernel void shade(SCENE_PARAMETERS, PATH_PARAMETERS, HIT_PARAMETERS, LIGHT_PAR
 #if SCENE_FEATURES & FEATURE_VOLUME
     Shaded r = h.instance == IN_VOLUME ? shade_volume(s, params, p, h, uints, columns, stride)
                                        : shade_path(s, params, p, h, RESULT_ARGUMENTS, stride);
-    move_in_volumes(s, p, h, r, uints, light_uints, stride, i);
+    move_in_volumes(s, params, p, h, r, uints, light_uints, stride, i);
 #else
     Shaded r = shade_path(s, params, p, h, RESULT_ARGUMENTS, stride);
 #endif
@@ -474,7 +439,7 @@ __kernel void connect(SCENE_PARAMETERS, uint stride, LIGHT_PARAMETERS, RESULT_PA
 #else
         Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
 #endif
-        add_result(results, columns, stride, i, params, behind_shadow(c.brought, d, c.alone), FROM_LIGHT);
+        add_result(results, columns, stride, i, params, behind_shadow(c.brought, d), FROM_LIGHT);
         if (d.limited) atomic_inc(&limits[LIMITS - 1]);
         k = atomic_inc(&next);
         continue;

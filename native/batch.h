@@ -55,12 +55,11 @@ struct Batch {
   /* connections */
   alignas(64) real cox[CAPACITY], coy[CAPACITY], coz[CAPACITY], cr[CAPACITY], cg[CAPACITY], cb[CAPACITY];
   alignas(64) real connection_cut[CAPACITY]; /* where light is clamped */
-  alignas(64) real alone[CAPACITY]; /* Connection.alone */
   /* where light is told apart by closures: the BSDF without the closure under way, and parts of it (Shares) */
   alignas(64) real before_r[CAPACITY], before_g[CAPACITY], before_b[CAPACITY];
   alignas(64) real diffuse_r[CAPACITY], diffuse_g[CAPACITY], diffuse_b[CAPACITY];
   alignas(64) real glossy_r[CAPACITY], glossy_g[CAPACITY], glossy_b[CAPACITY];
-  Shadow shadows[CAPACITY]; /* of connections in scenes with transparent surfaces */
+  Shadow shadows[CAPACITY]; /* of connections in scenes with transparent surfaces, and of Ambient Occlusion */
   /* results by slot */
   alignas(64) real red[CAPACITY], green[CAPACITY], blue[CAPACITY], alpha[CAPACITY];
   alignas(64) real cut[2][CAPACITY]; /* luminance that clamping took from direct and indirect light */
@@ -73,6 +72,7 @@ struct Batch {
   std::vector<uint> volumes; /* by slot, kernels/volume.h, where it has FEATURE_VOLUME; then also of `shadows`: */
   std::vector<Volumes> shadow_volumes;
   static_assert(REGISTER_STRIDE == CAPACITY);
+  static_assert(GROUP_vector == 7 && GROUP_ambient_occlusion == 12);  // VECTORS_USED and OCCLUSION_USED have these numbers
 
   uint current = 0; /* which of the two halves of the path arrays is read */
   uint count = 0;

@@ -67,7 +67,8 @@ void evaluate_volumes(const void *const *scene, const unsigned *ids, const float
   Scene s = make_scene(scene, nullptr);
   evaluate_each(n, threads, extinction, [&](long k, real *registers) {
     Track track = track_of_path(Path{});
-    track.ray = free_ray(vector_at(places, k), make_real3(0.0f, 0.0f, 1.0f), 0.0f, FAR_AWAY);
+    Ray ray = free_ray(vector_at(places, k), make_real3(0.0f, 0.0f, 1.0f), 0.0f, FAR_AWAY);
+    track.ray = ray_at(ray, real_of(hash_uint(uint(k)) & 255u) * (1.0f / 255.0f)); /* at all times of the shutter */
     Volumes v;
     v.count = 0u;
     enter_volume(&v, ids[2 * k + 1], ids[2 * k]);

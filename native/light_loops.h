@@ -96,7 +96,7 @@ static void draw_moving_lights(Batch &__restrict b, Scene s, Group g) {
   uint features = s.world[0].features;
   for (uint i = g.first; i < g.end; i++) {
     uint instance = b.light_instance[i];
-    if (in_motion(s, instance, features) || in_deformation(s, instance, features)) draw_light(b, s, columns, i, features);
+    if (is_moving(s, instance, features)) draw_light(b, s, columns, i, features);
   }
 }
 
@@ -115,20 +115,12 @@ static void link_samples(Batch &__restrict b, Scene s, Group g) {
   for (uint i = g.first; i < g.end; i++) {
     LightSample l;
     l.pdf = b.light_pdf[i];
+    l.can_be_hit = b.can_be_hit[i];
     l.primitive = b.light_primitive[i];
     l = link_sample(s, l, b.walk_at[i] & ~CLUSTER_LIGHT, receiver_set(s, load_hit(b, i)));
     b.light_pdf[i] = l.pdf;
+    b.can_be_hit[i] = l.can_be_hit;
     b.light_primitive[i] = l.primitive;
-  }
-}
-
-/* Connection.alone, once the BSDF is known towards them. */
-static void find_weights_alone(Batch &__restrict b, Group g) {
-  for (uint i = g.first; i < g.end; i++) {
-    LightSample l;
-    l.pdf = b.light_pdf[i];
-    l.can_be_hit = b.can_be_hit[i];
-    b.alone[i] = weight_alone(l, make_value(zero3(), b.pdf[i]));
   }
 }
 
@@ -249,7 +241,6 @@ static void draw_group_lights(Batch &__restrict b, Scene s, Params params, uint 
 /* Adds the light of the lights drawn, once the group's values towards them are known. */
 static void connect_group(Batch &__restrict b, Scene s, Params params, Group g) {
   uint features = s.world[0].features;
-  if (features & FEATURE_LINKING) find_weights_alone(b, g);
   if (params.cut_plane && !(features & FEATURE_SHINES)) connect_lights<true>(b, params, g);
   else connect_lights<false>(b, params, g);
   if ((features & FEATURE_TERMINATOR) && g.material != SCATTERED_BY_VOLUMES) lift_rays(b, s, g);

@@ -50,8 +50,15 @@ FN BsdfSample load_sample(const Batch &b, uint i) {
 static void meet_catchers(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
   for (uint i = g.first; i < g.end; i++) {
-    Path p = meet_catcher(b.slot_columns.data(), CAPACITY, s, params, path_at(columns, i), load_hit(b, i));
-    columns.uints[PATH_UINT_status * CAPACITY + i] = p.status;
+    Path p = path_at(columns, i);
+    Hit h = load_hit(b, i);
+    if ((s.world[0].features & FEATURE_VOLUME) && is_alone(params) && is_being_caught(s, params, p, h)) {
+      Volumes v;
+      load_volumes(b.volumes.data(), CAPACITY, p.slot, &v);
+      keep_those_of_catchers(s, &v);
+      store_volumes(b.volumes.data(), CAPACITY, p.slot, &v);
+    }
+    columns.uints[PATH_UINT_status * CAPACITY + i] = meet_catcher(b.slot_columns.data(), CAPACITY, s, params, p, h).status;
   }
 }
 
@@ -68,8 +75,10 @@ static void show_occlusions(Batch &__restrict b, Scene s, Params params, Materia
   uint count = 0;
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
-    if (!is_seen(p, load_hit(b, i))) continue;
-    Connection c = connect_surroundings(s, m, load_surface(b, i, g.material), p, registers_at(b, i));
+    Hit h = load_hit(b, i);
+    if (!is_seen(p, h)) continue;
+    Connection c = connect_surroundings(s, m, load_surface(b, i, g.material), p, h, registers_at(b, i));
+    if (s.world[0].features & FEATURE_VOLUME) b.shadow_volumes[count] = volumes_from(b, s, g, p, i, c.ray);
     b.key[count] = p.slot;
     b.cr[count] = c.brought.light.x;
     b.cg[count] = c.brought.light.y;

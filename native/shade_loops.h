@@ -45,7 +45,7 @@ static void make_moving_surfaces(Batch &__restrict b, Scene s, Group g) {
   uint features = s.world[0].features;
   for (uint i = g.first; i < g.end; i++) {
     Hit h = load_hit(b, i);
-    if (in_motion(s, h.instance, features) || in_deformation(s, h.instance, features))
+    if (is_moving(s, h.instance, features))
       store_surface(b, i, make_surface(s, path_ray(path_at(columns, i)), h, features));
   }
 }

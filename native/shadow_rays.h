@@ -38,13 +38,14 @@ struct PassingRays {
   }
 };
 
-/* Those that the shadow ray of a path of the group begins in. */
-static Volumes volumes_towards_light(const Batch &b, Scene s, Group g, Path p, uint i) {
+/* Those that a shadow ray of a path of the group begins in: the side of the surface is that of the ray's origin. */
+static Volumes volumes_from(const Batch &b, Scene s, Group g, Path p, uint i, Ray ray) {
   Volumes v;
   load_volumes(b.volumes.data(), CAPACITY, p.slot, &v);
-  if (g.material != SCATTERED_BY_VOLUMES)
-    cross_towards(&v, s.materials[g.material], load_hit(b, i), load_surface(b, i, g.material),
-                  make_real3(b.ldx[i], b.ldy[i], b.ldz[i]));
+  if (g.material != SCATTERED_BY_VOLUMES && s.materials[g.material].volume != NONE) {
+    Surface at = load_surface(b, i, g.material);
+    cross_towards(&v, s.materials[g.material], load_hit(b, i), at, ray.origin - at.p);
+  }
   return v;
 }
 
@@ -78,13 +79,14 @@ static void connect_batch(Batch &b, Scene s, Params params, Group g, uint featur
   }
   for (uint i = 0; i < count; i++) {
     Path p = path_at(columns, b.key[i]);
-    b.shadows[i] = make_shadow(light_ray(b, columns, b.key[i]), uint_of(path_passed(p)), p.bounces);
-    if (features & FEATURE_VOLUME) b.shadow_volumes[i] = volumes_towards_light(b, s, g, p, b.key[i]);
+    Ray ray = light_ray(b, columns, b.key[i]);
+    b.shadows[i] = make_shadow(ray, uint_of(path_passed(p)), p.bounces);
+    if (features & FEATURE_VOLUME) b.shadow_volumes[i] = volumes_from(b, s, g, p, b.key[i], ray);
   }
   trace_shadows(b, s, params, count, features);
   for (uint i = 0; i < count; i++) {
     uint at = b.key[i];
-    add_light(b, params, at, behind_shadow(load_brought(b, params, at), b.shadows[i], b.alone[at]), FROM_LIGHT);
+    add_light(b, params, at, behind_shadow(load_brought(b, params, at), b.shadows[i]), FROM_LIGHT);
     b.limits[LIMITS - 1] += uint64_t(b.shadows[i].limited);
   }
 }

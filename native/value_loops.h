@@ -23,7 +23,7 @@ static const real *registers_at(const Batch &b, uint i) { return b.registers.dat
 VALUES(VALUE_LOOPS)
 #undef VALUE_LOOPS
 
-/* Steps that ask where the object is: of one that moves or deforms, path by path. */
+/* Steps that ask where the object is: path by path in groups that have something that moves. */
 FN bool asks_object(int op) {
   switch (op) {
 #define X(number) case number:
@@ -39,8 +39,16 @@ static void run_moving_step(Batch &__restrict b, Scene s, Group g, ValueStep o, 
   for (uint i = g.first; i < g.end; i++) run_step(s, o, in_its_time(s, load_point(b, columns, i)), b.registers.data() + i, k);
 }
 
+static bool any_moves(const Batch &b, Scene s, Group g) {
+  uint features = s.world[0].features;
+  if (!(features & FEATURE_MOTION)) return false;
+  for (uint i = g.first; i < g.end; i++)
+    if (is_moving(s, b.hit_instance[i], features)) return true;
+  return false;
+}
+
 static void run_values(Batch &__restrict b, Scene s, Material m, Group g) {
-  bool moves = s.world[0].features & FEATURE_MOTION;
+  bool moves = any_moves(b, s, g);
   for (uint n = 0; n < m.steps; n++) {
     ValueStep o = s.steps[m.first_step + n];
     bool one_by_one = moves && asks_object(o.op);

@@ -110,50 +110,53 @@ static void travel_batch(Batch &b, Scene s, Params params) {
   }
 }
 
-static Lobes lobes_of(Batch &b, Scene s, Path p, uint i) {
-  Volumes v = volumes_of(b, p);
-  Lobes lobes;
-  find_lobes(s, &v, track_of_path(p), b.hit_t[i], &lobes, b.shadow_registers.data());
-  return lobes;
-}
-
-/* Paths that are scattered by volumes. */
+/* Paths that are scattered by volumes. What their phase functions say is asked for once, towards the light and along the
+ * new direction, which waits in columns of surfaces meanwhile. */
 static void shade_volumes(Batch &__restrict b, Scene s, Params params, Group g) {
   Columns columns = b.columns();
-  auto store_value = [&](uint i, BsdfValue value) {
-    b.fr[i] = value.f.x;
-    b.fg[i] = value.f.y;
-    b.fb[i] = value.f.z;
-    b.pdf[i] = value.pdf;
-  };
+  bool lit = s.world[0].light_count > 0;
   for (uint i = g.first; i < g.end; i++) {
     Path p = path_at(columns, i);
     store_surface(b, i, volume_vertex(p, load_hit(b, i)));
     show_volume(b.slot_columns.data(), CAPACITY, p, params.groups);
     b.light_fine[i] = sample_bounce(p.seed, p.index, path_vertex(p), PAIR_CHOICE).x;
   }
-  if (s.world[0].light_count > 0) {
-    draw_group_lights(b, s, params, MATERIAL_TRANSMITS, g);
-    for (uint i = g.first; i < g.end; i++) {
-      Path p = path_at(columns, i);
-      Lobes lobes = lobes_of(b, s, p, i);
+  if (lit) draw_group_lights(b, s, params, MATERIAL_TRANSMITS, g);
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
+    Volumes v = volumes_of(b, p);
+    Lobes lobes;
+    find_lobes(s, &v, track_of_path(p), b.hit_t[i], &lobes, b.shadow_registers.data());
+    real3 before = make_real3(p.dx, p.dy, p.dz);
+    if (lit) {
       LightSample light;
       light.direction = make_real3(b.ldx[i], b.ldy[i], b.ldz[i]);
       light.hidden = b.light_hidden[i];
-      store_value(i, phases_towards(&lobes, make_real3(p.dx, p.dy, p.dz), light));
+      BsdfValue towards = phases_towards(&lobes, before, light);
+      b.fr[i] = towards.f.x;
+      b.fg[i] = towards.f.y;
+      b.fb[i] = towards.f.z;
+      b.pdf[i] = towards.pdf;
     }
-    connect_group(b, s, params, g);
-  }
-  for (uint i = g.first; i < g.end; i++) {
-    Path p = path_at(columns, i);
-    Lobes lobes = lobes_of(b, s, p, i);
     int vertex = path_vertex(p);
-    real3 before = make_real3(p.dx, p.dy, p.dz);
     real u_choice = sample_bounce(p.seed, p.index, vertex, PAIR_CHOICE).y;
     real3 direction = sample_phases(&lobes, before, u_choice, sample_bounce(p.seed, p.index, vertex, PAIR_BSDF));
+    BsdfValue along = eval_phases(&lobes, before, direction);
+    b.wix[i] = direction.x;
+    b.wiy[i] = direction.y;
+    b.wiz[i] = direction.z;
+    b.sr[i] = along.f.x;
+    b.sg[i] = along.f.y;
+    b.sb[i] = along.f.z;
+    b.total[i] = along.pdf;
+  }
+  if (lit) connect_group(b, s, params, g);
+  for (uint i = g.first; i < g.end; i++) {
+    Path p = path_at(columns, i);
     if (s.world[0].features & FEATURE_LINKING) note_set(b, s, params, p, load_hit(b, i));
-    Scattered r = scatter_in_volume(params, load_surface(b, i, g.material), p, direction, eval_phases(&lobes, before, direction),
-                                    sample_bounce(p.seed, p.index, vertex, PAIR_ROULETTE).x);
+    BsdfValue along = make_value(make_real3(b.sr[i], b.sg[i], b.sb[i]), b.total[i]);
+    Scattered r = scatter_in_volume(params, load_surface(b, i, g.material), p, make_real3(b.wix[i], b.wiy[i], b.wiz[i]), along,
+                                    sample_bounce(p.seed, p.index, path_vertex(p), PAIR_ROULETTE).x);
     store_path(columns.reals, columns.uints, CAPACITY, i, r.path);
     b.alive[i] = uint(r.alive);
   }

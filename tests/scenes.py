@@ -13,12 +13,14 @@ from isophote.material_program import join_materials, make_material
 from isophote.materials import make_instruction
 from isophote.passes import PASSES, film_planes
 from isophote.prepare import Prepared, prepare
+from isophote.records import numbers as constants
 from isophote.scene import Scene, make_scene
 from isophote.settings import Settings
 from isophote.validate import clean, validate
 
 EVERY_PASS = tuple(PASSES)
 CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, ALL = 1, 2, 4, 8, 16, 31  # kinds of rays
+CATCHES = ALL | ALL << constants()["CATCHER_SHIFT"]  # and catches shadows in the eyes of all of them
 POINT, SPOT, SUN, RECTANGLE, ELLIPSE = range(5)
 
 

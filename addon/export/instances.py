@@ -37,6 +37,13 @@ LEFT_OUT = {
 }
 
 
+def matrices_of(instances) -> np.ndarray:
+    """matrix_world of all, f8 [n, 4, 4]: 30 times as fast as one mathutils.Matrix after the other."""
+    columns = np.empty(16 * len(instances), np.float32)
+    instances.foreach_get("matrix_world", columns)
+    return columns.reshape(-1, 4, 4).swapaxes(1, 2).astype(np.float64)
+
+
 class Gatherer:
     """Collects meshes, instances, spheres, materials and lamps while the dependency graph is walked."""
 
@@ -72,9 +79,7 @@ class Gatherer:
         What an object looks like is asked for once and not for each of its instances.
         """
         instances = self.depsgraph.object_instances
-        columns = np.empty(16 * len(instances), np.float32)
-        instances.foreach_get("matrix_world", columns)  # 30 times as fast as one mathutils.Matrix after the other
-        self.matrices = columns.reshape(-1, 4, 4).swapaxes(1, 2).astype(np.float64)
+        self.matrices = matrices_of(instances)
         for number, instance in enumerate(instances):
             ob = instance.object
             key = look_key(instance, ob)
@@ -119,6 +124,8 @@ class Gatherer:
         parts = appearances(instance, ob, self.depsgraph.view_layer)
         if not parts:
             return
+        if any(part.held_out for part in parts) and self.is_mere_volume(ob):
+            parts = [Appearance(sum(part.visibility for part in parts), False)]  # as in Cycles: volumes have no holes
         self.mattes.meet(ob)
         shared = ob.name, ob.pass_index, self.light_groups.of(ob), self.linking.of(instance, ob)
         if is_sphere(ob):
@@ -180,6 +187,10 @@ class Gatherer:
                 self.volume_of[self._material_of[key]] = self.add_program(volume, material.name)
         return self._material_of[key]
 
+    def is_mere_volume(self, ob) -> bool:
+        """Whether an object has no surface, only what fills it."""
+        return all(number in self.volume_of and not self.programs[number].instructions for number in self.slot_list(ob))
+
     def displacing_slots(self, ob) -> tuple[int, ...]:
         """Materials of an object's slots where one of them displaces its mesh, else none."""
         slots = tuple(self.slot_list(ob))
@@ -194,8 +205,6 @@ class Gatherer:
 
     def attributes_of(self, ob) -> list[tuple]:
         """Keys of the attributes that an object's materials read."""
-        if not self.lookups.attributes:
-            self.slot_list(ob)  # which exports the materials
         if not self.lookups.attributes:
             return []
         slots = self.slot_list(ob)

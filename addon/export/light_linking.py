@@ -13,8 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
+from isophote.records import numbers
+
 KINDS = ("receiver_collection", "blocker_collection")
-MOST_SETS = 64  # bits of a mask; set 0 is that of objects that no collection names
+MOST_SETS = numbers()["MOST_SETS"]  # set 0 is that of objects that no collection names
 
 
 class LightLinking:
@@ -36,12 +38,12 @@ class LightLinking:
         self.linked.append((ob.original, parent and parent.original))
         return len(self.linked) - 1
 
-    def arrays(self, group: str, numbers: list[int]) -> dict[str, np.ndarray]:
+    def arrays(self, group: str, linked: list[int]) -> dict[str, np.ndarray]:
         """The scene's arrays of objects with these numbers, of a group of them: instance, sphere or light; none where
         nothing is linked."""
         if not any(self.collections):
             return {}
-        sets, masks = (np.stack([each[k] for each in self.links], axis=1)[numbers] for k in (0, 1))
+        sets, masks = (np.stack([each[k] for each in self.links], axis=1)[linked] for k in (0, 1))
         made = {f"{group}_unlinked": masks.astype(np.uint64).reshape(-1, 2)}
         return made if group == "light" else made | {f"{group}_sets": sets.astype(np.uint32).reshape(-1, 2)}
 

@@ -15,7 +15,7 @@ import numpy as np
 from isophote.scene import Scene
 
 from .. import compat
-from .instances import is_sphere
+from .instances import is_sphere, matrices_of
 from .mesh import evaluated_mesh
 from .notes import Notes
 
@@ -40,10 +40,10 @@ def identity(instance) -> tuple:
 
 
 def walk(depsgraph):
-    """(identity, instance) of everything that is shown."""
-    for instance in depsgraph.object_instances:
+    """(number, identity, instance) of everything that is shown."""
+    for number, instance in enumerate(depsgraph.object_instances):
         if instance.show_self:
-            yield identity(instance), instance
+            yield number, identity(instance), instance
 
 
 def motion_steps(ob, parent) -> int:
@@ -72,11 +72,12 @@ class Shape:
     flat."""
 
     vertices: np.ndarray
-    normals: np.ndarray | None
+    corners: int
+    normals: np.ndarray | None = None
 
-    def hashed(self) -> tuple[int, int]:
-        """Number of the vertices, and what differs where they are elsewhere."""
-        return len(self.vertices), hash(self.vertices.tobytes())
+    def hashed(self) -> tuple[tuple[int, int], int]:
+        """Numbers of vertices and corners, and what differs where the vertices are elsewhere."""
+        return (len(self.vertices), self.corners), hash(self.vertices.tobytes())
 
 
 @dataclass
@@ -101,7 +102,7 @@ class Moving:
 
     def prepare(self, depsgraph) -> None:
         self.steps = [0] * len(self.first_rows)
-        for key, instance in walk(depsgraph):
+        for _, key, instance in walk(depsgraph):
             ob, parent = instance.object, instance.parent if instance.is_instance else None
             row, steps = self.row_of.get(key), 1 if self.all_move else motion_steps(ob, parent)
             if row is None:
@@ -119,10 +120,11 @@ class Moving:
 
     def look(self, depsgraph, time: float) -> None:
         places = self.places[time] = np.full((len(self.first_rows), 4, 4), np.nan)
-        for key, instance in walk(depsgraph):
+        matrices = matrices_of(depsgraph.object_instances)
+        for number, key, instance in walk(depsgraph):
             row = self.row_of.get(key)
             if row is not None:
-                places[row] = instance.matrix_world
+                places[row] = matrices[number]
             if key in self.users:
                 self.compare(self.users[key], instance.object, time)
             if key in self.spheres and not np.array_equal(self.spheres[key], instance.matrix_world):
@@ -130,7 +132,7 @@ class Moving:
 
     def compare(self, mesh: int, ob, time: float) -> None:
         found, before = read_shape(ob), self.middle[mesh]
-        if found is None or len(found.vertices) != before[0]:
+        if found is None or found.hashed()[0] != before[0]:
             self.notes.add("object", ob.name, OTHER_VERTICES)
             self.shapes.setdefault(mesh, {})[time] = None
         elif found.hashed() != before:
@@ -167,7 +169,7 @@ class Moving:
     def shape_arrays(self, depsgraph) -> dict[str, np.ndarray]:
         deforming = {mesh: shapes for mesh, shapes in self.shapes.items() if all(shapes.values())}
         found, displacements = {}, {}
-        for key, instance in walk(depsgraph) if deforming else ():
+        for _, key, instance in walk(depsgraph) if deforming else ():
             mesh = self.users.get(key)
             if mesh in deforming:
                 found[mesh] = corners_of_vertices(self.scene, mesh, instance.object)
@@ -208,10 +210,10 @@ def read_shape(ob, smooth: bool = False) -> Shape | None:
     try:
         vertices = np.array(compat.vertex_positions(mesh)).reshape(-1, 3)
         if not smooth:
-            return Shape(vertices, None)
+            return Shape(vertices, len(mesh.loops))
         mesh.calc_loop_triangles()
         corners = compat.triangle_corners(mesh, len(mesh.loop_triangles)).reshape(-1, 3)
-        return Shape(vertices, compat.corner_normals(mesh, compat.corner_vertices(mesh), corners))
+        return Shape(vertices, len(mesh.loops), compat.corner_normals(mesh, compat.corner_vertices(mesh), corners))
     finally:
         if is_copy:
             ob.to_mesh_clear()
@@ -219,7 +221,7 @@ def read_shape(ob, smooth: bool = False) -> Shape | None:
 
 def corners_of_vertices(scene: Scene, mesh: int, ob) -> tuple[np.ndarray, np.ndarray] | None:
     """Blender's vertex and one of its corners for each vertex of an exported mesh, from the object as it was exported;
-    None where that is no longer so. Vertices of no triangle are Blender's first."""
+    None where that is no longer so. Vertices of no triangle are Blender's own."""
     found, is_copy = evaluated_mesh(ob)
     try:
         found.calc_loop_triangles()
@@ -230,7 +232,9 @@ def corners_of_vertices(scene: Scene, mesh: int, ob) -> tuple[np.ndarray, np.nda
             return None
         of_vertex = np.zeros(int(scene.mesh_vertices[mesh + 1] - scene.mesh_vertices[mesh]), np.int64)
         of_vertex[used] = corners
-        return compat.corner_vertices(found)[of_vertex], of_vertex
+        vertices = np.arange(len(of_vertex))
+        vertices[used] = compat.corner_vertices(found)[corners]
+        return vertices, of_vertex
     finally:
         if is_copy:
             ob.to_mesh_clear()

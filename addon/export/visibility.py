@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from isophote.records import numbers
+
 RAYS = (("visible_camera", 1), ("visible_diffuse", 2), ("visible_glossy", 4), ("visible_transmission", 8),
         ("visible_shadow", 16))  # RAY_ bits of kernels/scene_records.h
 RAY_CAMERA = 1
-CATCHER_SHIFT = 10  # of kernels/scene_records.h
+CATCHER_SHIFT = numbers()["CATCHER_SHIFT"]
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,7 @@ def volume_program(owner, tree, kind: str, notes, lookups: Lookups) -> MaterialP
         return None
     values, parts = Values(kind, owner.name, notes, lookups), Parts()
     values.fills = True
+    values.material_index = getattr(owner, "pass_index", 0)  # worlds have none
     add_parts(parts, values, find_input(tree.get_output_node("CYCLES"), "Volume"), (), 1.0)
     try:
         return make_material(without_surface(values, parts.instructions()))

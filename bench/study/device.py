@@ -30,6 +30,9 @@ NATIVE = """
 CONTEXTS: dict = {}
 PROGRAMS: dict = {}
 
+# Features that no schedule but the shipping one has.
+LACKING = ("SUBSURFACE", "SHINES", "VOLUME", "MOTION", "LINKING", "CATCHERS")
+
 
 class StudyDevice(OpenCLDevice):
     """An OpenCL device that renders as a Variant says. Once `start_profile` is called it keeps the time of each kernel
@@ -64,10 +67,11 @@ class StudyDevice(OpenCLDevice):
         if self.variant.traversal == "list_local" and transparent:
             raise ValueError("list_local: shadow rays that pass transparent surfaces cannot go together")
         n = numbers()
-        lacking = n["FEATURE_SUBSURFACE"] | n["FEATURE_SHINES"] | n["FEATURE_VOLUME"]
+        lacking = sum(n[f"FEATURE_{name}"] for name in LACKING)
         if self.variant.schedule != "shipping" and prepared.features & lacking:
-            raise ValueError(f"{self.variant.schedule}: it neither walks below surfaces, travels through volumes nor "
-                             "completes lights")
+            raise ValueError(f"{self.variant.schedule}: it knows nothing of {', '.join(LACKING).lower()}")
+        if self.variant.traversal != "shipping" and prepared.features & n["FEATURE_MOTION"]:
+            raise ValueError(f"{self.variant.traversal}: it knows nothing that moves")
         prepared = adapt(prepared, self.variant)
         self.copy_scene(prepared)
         self.wavefront, self.features = None, prepared.features

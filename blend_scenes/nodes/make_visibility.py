@@ -70,6 +70,14 @@ def indirect_only(scene):
 # ------------------------------------------------------------------ light linking
 
 
+def panel_mesh(strength):
+    """An upright square that shines green."""
+    mesh = bpy.data.meshes.new("panel")
+    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=strength))
+    return mesh
+
+
 def named(name, *objects, excluded=()):
     """A collection, of no scene, that includes objects and excludes others."""
     made = bpy.data.collections.new(name)
@@ -89,10 +97,7 @@ def three_lamps(scene):
     key.light_linking.receiver_collection = named("key", matte)
     rim = add(scene, "rim", lamp("POINT", energy=300.0, shadow_soft_size=0.4, color=(0.5, 0.7, 1.0)), (2, 2, 3))
     rim.light_linking.receiver_collection = named("rim", excluded=[matte])
-    mesh = bpy.data.meshes.new("panel")
-    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
-    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=3.0))
-    panel = add(scene, "panel", mesh, (0, 1.5, 1.2))
+    panel = add(scene, "panel", panel_mesh(3.0), (0, 1.5, 1.2))
     nested = named("nested", glossy)
     outer = named("outer", floor)
     outer.children.link(nested)
@@ -111,10 +116,8 @@ def shadows(scene):
     glossy.data.materials[0] = shader("pale", "ShaderNodeBsdfDiffuse", Color=(0.8, 0.8, 0.7, 1.0))
     sun = add(scene, "sun", lamp("SUN", energy=2.0, angle=0.1, color=(1.0, 0.8, 0.5)), rotation=(-0.5, -0.5, 0))
     sun.light_linking.blocker_collection = named("sun", matte)
-    mesh = bpy.data.meshes.new("panel")
-    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
-    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=5.0))
-    add(scene, "panel", mesh, (0, 2.5, 1.2)).light_linking.blocker_collection = sun.light_linking.blocker_collection
+    panel = add(scene, "panel", panel_mesh(5.0), (0, 2.5, 1.2))
+    panel.light_linking.blocker_collection = sun.light_linking.blocker_collection
 
 
 # ------------------------------------------------------------------ shadow catchers
@@ -127,10 +130,7 @@ def caught(scene):
     scene.render.film_transparent = True
     bpy.data.objects["floor"].is_shadow_catcher = True
     bpy.data.objects["diffuse"].data.materials[0] = shader("red", "ShaderNodeBsdfDiffuse", Color=(0.8, 0.1, 0.1, 1.0))
-    mesh = bpy.data.meshes.new("panel")
-    mesh.from_pydata([(-1, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)], [], [(0, 1, 2, 3)])
-    mesh.materials.append(shader("panel", "ShaderNodeEmission", Color=(0.5, 1.0, 0.5, 1.0), Strength=0.3))
-    add(scene, "panel", mesh, (0, 2.5, 0.2))
+    add(scene, "panel", panel_mesh(0.3), (0, 2.5, 0.2))
 
 
 # ------------------------------------------------------------------ portals

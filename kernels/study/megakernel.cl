@@ -9,7 +9,7 @@ __kernel void megakernel(SCENE_PARAMETERS, RESULT_PARAMETERS, uint stride, uint 
     if (r.connected) {
       real registers[REGISTERS];
       Shadow d = trace_connection(s, params, r.connection, SCENE_FEATURES, registers);
-      add_result(results, columns, stride, i, params, behind_shadow(r.connection.brought, d, r.connection.alone), FROM_LIGHT);
+      add_result(results, columns, stride, i, params, behind_shadow(r.connection.brought, d), FROM_LIGHT);
     }
     p = r.path;
     alive = r.alive;

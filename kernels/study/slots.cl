@@ -64,7 +64,7 @@ __kernel void connect_slots(SCENE_PARAMETERS, PATH_PARAMETERS, LIGHT_PARAMETERS,
     real registers[REGISTERS];
     Shadow d = trace_connection(s, params, c, SCENE_FEATURES, registers);
     add_result(results, columns, result_stride, uints[PATH_UINT_slot * stride + i], params,
-               behind_shadow(c.brought, d, c.alone), FROM_LIGHT);
+               behind_shadow(c.brought, d), FROM_LIGHT);
   }
 }
 

@@ -10,9 +10,11 @@ from tests.scenes import (
     Builder,
     assert_exactly,
     assert_mean,
+    box,
     diffuse,
     emission,
     look_at,
+    medium,
     pixels,
     place,
     program,
@@ -104,6 +106,31 @@ def test_what_does_not_block_casts_no_shadow(light):
         assert_mean(with_board, pixels(without)[..., :3].mean((0, 1)))
     else:
         assert pixels(with_board)[..., :3].mean() == pytest.approx(pixels(without)[..., :3].mean(), rel=0.01)
+
+
+@pytest.mark.parametrize("light", ["rectangle", "panel"])
+def test_boundaries_of_volumes_cast_no_shadow(light):
+    """Nothing fills a box around a floor under a light that some objects do not stop: it shows nowhere."""
+    def scene(boundary):
+        b = Builder((8, 8))
+        b.look((0, -0.01, 8), (0, 0, 0), 0.05, up=(0, 1, 0))
+        b.add(quad((0, 0, 0), (9, 0, 0), (0, 9, 0)), ROUGH)
+        instances, unlinked, linked = [[0, 0]], [[0, 0]], {}
+        if light == "panel":
+            b.add(quad((0, 0, 3), (1, 0, 0), (0, -1, 0)), emission(5), visibility=30)
+            instances.append([0, 0])
+            unlinked.append([0, 4])
+        else:
+            b.lamp(RECTANGLE, 300, DOWN, (3, 2))
+            linked = {"light_unlinked": [[0, 4]]}
+        if boundary:
+            b.add(box((0, 0, 0), (5, 5, 2)), [], volume=medium(1e-9))
+            instances.append([0, 0])
+            unlinked.append([0, 0])
+        return b.make(instance_sets=instances, instance_unlinked=unlinked, **linked)
+
+    with_box, without = (render(scene(boundary), 1024, max_bounces=1) for boundary in (True, False))
+    assert pixels(with_box)[..., :3].mean() == pytest.approx(pixels(without)[..., :3].mean(), rel=0.01)
 
 
 def test_mirrors_and_the_camera_see_what_does_not_light_them():

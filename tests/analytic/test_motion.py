@@ -37,8 +37,8 @@ def middles(count, half):
     return (np.arange(count) + 0.5) / count * 2 * half - half
 
 
-def seen(b, samples=SAMPLES, **arrays):
-    return pixels(render(b.make(**arrays), samples, filter_width=0.0))[..., 0]
+def seen(b, **arrays):
+    return pixels(render(b.make(**arrays), SAMPLES, filter_width=0.0))[..., 0]
 
 
 def shares(is_inside, x, y, steps=5000):
@@ -179,12 +179,30 @@ def test_what_is_flat_for_a_moment():
 def test_what_is_mirrored_on_the_way():
     """A mirroring matrix is a turn by half a circle and a stretch that mirrors all axes, as in Cycles: in between there
     is nothing for a moment, and every number is one."""
+    def is_inside(t, x, y):
+        scale, turn = abs(1 - 2 * t), np.pi * (1 - t)
+        return (np.abs(x) < scale) & (np.abs(y) < 0.5 * scale * (abs(np.cos(turn)) + abs(np.sin(turn))))
+
     b = flat_view((16, 16), 2.0)
-    b.instance(b.mesh(box(half=(1, 0.5, 0.5))), b.material(diffuse(1.0)),
+    b.instance(b.mesh(box(half=(1, 0.5, 0.5))), b.material(emission(1.0)),
                keys=[place(scale=(s, 1, 1)) for s in (-1, 1)])
-    b.world = 1.0
-    film = render(b.make(), 64)
-    assert not film.sum(numbers()["PLANE_INVALID"]).any() and (pixels(film)[..., :3] <= 1 + 1e-4).all()
+    film, x = render(b.make(), SAMPLES, filter_width=0.0), middles(16, 2.0)
+    assert not film.sum(numbers()["PLANE_INVALID"]).any()
+    np.testing.assert_allclose(pixels(film)[..., 0], shares(is_inside, x, x), atol=4 / SAMPLES)
+
+
+@pytest.mark.parametrize("sizes", [(1.0, 0.0), (1.0, 0.0, 1.0)])
+def test_what_vanishes_for_a_moment(sizes):
+    """The last of its keys, or the one in the middle, is a point."""
+    b = flat_view((16, 16), 2.0)
+    b.instance(b.mesh(box(half=(1, 1, 1))), b.material(emission(1.0)), keys=[place(scale=size) for size in sizes])
+    x = middles(16, 2.0)
+
+    def is_inside(t, x, y):
+        half = 1 - t if len(sizes) == 2 else abs(1 - 2 * t)
+        return (np.abs(x) < half) & (np.abs(y) < half)
+
+    np.testing.assert_allclose(seen(b), shares(is_inside, x, x), atol=4 / SAMPLES)
 
 
 def test_boxes_hold_all_of_the_way():
@@ -205,7 +223,6 @@ def test_boxes_hold_all_of_the_way():
     low, high = motion.swept_boxes(scene, np.arange(200), objects)
     turn, place_, stretch = motion.decomposed(np.array(keys))
     np.testing.assert_allclose(motion.rotations(turn) @ stretch, np.array(keys)[:, :, :3], atol=1e-12)
-    tight = 0.0
     lowest, highest = np.full((200, 3), np.inf), np.full((200, 3), -np.inf)
     for t in np.linspace(0, 1, 1501):
         q = motion.rotations(motion.slerp(turn[::2], turn[1::2], t)[0])

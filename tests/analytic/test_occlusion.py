@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isophote.passes import make_passes
-from tests.scenes import Builder, diffuse, emission, program, quad, render
+from tests.scenes import Builder, ball, box, diffuse, emission, medium, program, quad, render
 
 NAME = "ambient_occlusion"
 
@@ -50,6 +50,30 @@ def test_a_veil_takes_its_part():
     through = np.array([0.5, 0.25, 1.0])
     np.testing.assert_allclose(made, 1.0 - through + through * through, atol=0.01)
     assert occlusion(b, 0.05, 4096).mean((0, 1)) == pytest.approx(np.ones(3), abs=0.015)
+
+
+@pytest.mark.parametrize("device", ["openmp", "opencl"])
+def test_volumes_take_their_part(device):
+    """Of the camera's way down into a box, and of all ways of the pass's length; an empty one takes nothing."""
+    for sigma in (1e-9, 0.5):
+        b = Builder((4, 4))
+        b.look((0, 0, 50), (0, 0, 0), 0.5, orthographic=True, up=(0, 1, 0))
+        b.add(quad((0, 0, 0), (90, 0, 0), (0, 90, 0)), diffuse(0.5))
+        b.add(box((0, 0, 0), (9, 9, 2)), [], volume=medium(sigma))
+        made = occlusion(b, 1.0, 16, device=device)
+        np.testing.assert_allclose(made, np.exp(-sigma * (2 + 1)), rtol=1e-5)
+
+
+def test_smooth_facets_do_not_occlude_each_other():
+    """A ball of few facets over which rays begin where the round surface is: nothing is near it."""
+    b = Builder((16, 16))
+    b.look((0, 0, 50), (0, 0, 0), 0.5, orthographic=True, up=(0, 1, 0))
+    shape = ball((0, 0, 0), 1.0, rings=6)
+    b.add(shape, diffuse(0.5), normals=ball(rings=6)[0])
+    lifted, flat = (render(b.make(occlusion_distance=5.0, instance_terminator=[offset]), 256, passes=(NAME,),
+                           filter_width=0.0) for offset in (0.4, 0.0))
+    lifted, flat = (make_passes(film, [NAME])["AO"].mean() for film in (lifted, flat))
+    assert flat < lifted <= 1.0 + 1e-6
 
 
 def test_nothing_where_nothing_is_seen():

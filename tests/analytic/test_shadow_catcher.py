@@ -6,12 +6,14 @@ import pytest
 from isophote.passes import make_passes, matte, shadow_catcher, sums_of
 from tests.scenes import (
     ALL,
+    CATCHES,
     POINT,
     Builder,
     ball,
     box,
     diffuse,
     emission,
+    medium,
     pixels,
     place,
     program,
@@ -19,7 +21,6 @@ from tests.scenes import (
     render,
 )
 
-CATCHES = ALL | ALL << 10  # CATCHER_SHIFT
 UNSEEN = ALL & ~1  # by the camera
 FILM = dict(film_transparent=True, shadow_catchers=True)
 
@@ -79,7 +80,7 @@ def test_where_no_light_arrives_the_shadow_is_black():
 
 @pytest.mark.parametrize("device", ["openmp", "opencl"])
 def test_light_among_catchers_alone_is_that_of_a_scene_of_them_alone(device):
-    """The same bits, whatever else there was: indirect light, emission, mirrors and transparent surfaces."""
+    """The same but for rounding, whatever else there was: indirect light, emission, mirrors, transparent surfaces."""
     def scene(others):
         b = Builder((8, 8))
         b.world = (0.3, 0.5, 0.7)
@@ -94,6 +95,7 @@ def test_light_among_catchers_alone_is_that_of_a_scene_of_them_alone(device):
         if others:
             b.add(ball((1, 0, 0.5), 0.5, 5), diffuse(0.9), visibility=UNSEEN)
             b.sphere((0, 1, 0.6), 0.4, b.material(emission(0.5)), visibility=UNSEEN)
+            b.add(box((0.5, -0.5, 1), (1, 1, 0.5)), [], volume=medium(0.5, 1.0), visibility=UNSEEN)
         return b.make()
 
     film = render(scene(True), 32, device, **FILM)
@@ -101,6 +103,15 @@ def test_light_among_catchers_alone_is_that_of_a_scene_of_them_alone(device):
     both = np.stack([alone.sum(c) + alone.sum(4 + c) for c in range(3)], axis=-1)
     np.testing.assert_allclose(sums_of(film, "shadow_catcher")[..., 4:7], both, rtol=1e-5)
     assert (np.abs(shadow_catcher(film) - 1) > 0.01).mean() > 0.2
+
+
+def test_among_catchers_alone_there_are_no_other_volumes():
+    """Fog dims what the camera sees, and the light of all objects; that among catchers alone comes without it."""
+    plain = floor(others=False)
+    fog = floor(others=False)
+    fog.add(box((0, 0, 0), (9, 9, 3)), [], volume=medium(0.2))
+    bare, film = (sums_of(render(b.make(), 16, **FILM), "shadow_catcher")[..., 4:7] for b in (plain, fog))
+    np.testing.assert_allclose(film, bare * np.exp(-0.2 * 3), rtol=1e-4)
 
 
 def test_an_opaque_film_needs_the_pass():

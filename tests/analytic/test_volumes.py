@@ -87,6 +87,16 @@ def test_a_slab_glows(precision):
     assert_exactly(render(through_box(medium(glow=glow), world=0.0).make(), 4, precision=precision), 2 * glow, 1e-6)
 
 
+def add_body(b: Builder, shape: str, material: int) -> None:
+    """A sphere, or a box or a ball as an instance, mirrored or not."""
+    if shape == "sphere":
+        b.sphere((0, 0, 0), 1, material)
+        return
+    body = b.mesh(box() if shape == "box" else ball(rings=6))
+    b.instance(body, material, matrix=place(scale=(-1, 1, 1) if shape == "mirrored" else 1))
+    b.instance(body, material, matrix=place((50, 0, 0)))
+
+
 @BOTH
 @pytest.mark.parametrize("shape", ["box", "sphere", "mirrored"])
 @pytest.mark.parametrize("anisotropy", [0.0, 0.7, -0.5, 1.0])
@@ -95,13 +105,7 @@ def test_white_volumes_do_not_show(shape, anisotropy, precision):
     b = Builder((8, 8))
     b.world = 1.0
     b.look((0, 0, 4), (0, 0, 0), 0.2, up=(0, 1, 0))
-    white = b.material([], volume=medium(scattering=2.0, anisotropy=anisotropy))
-    if shape == "sphere":
-        b.sphere((0, 0, 0), 1, white)
-    else:
-        body = b.mesh(box() if shape == "box" else ball(rings=6))
-        b.instance(body, white, matrix=place(scale=(-1, 1, 1) if shape == "mirrored" else 1))
-        b.instance(body, white, matrix=place((50, 0, 0)))
+    add_body(b, shape, b.material([], volume=medium(scattering=2.0, anisotropy=anisotropy)))
     film = render(b.make(), 64, precision=precision, max_bounces=250, volume_bounces=250)
     assert_mean(film, 1.0, accuracy=0.002, rounding=2e-4)
 
@@ -155,14 +159,15 @@ def test_lamps_shine_through(size, precision):
 
 def test_lamps_are_seen_through_volumes():
     """By the camera, half-way in the slab and behind it, whatever scatters there."""
-    for volume in (medium(SIGMA), medium(0.5 * SIGMA, 0.5 * SIGMA)):
+    for volume, more in ((medium(SIGMA), 1.0001), (medium(0.5 * SIGMA, 0.5 * SIGMA), 1.6)):
         b = through_box(volume, world=0.0)
         b.look((0, 0, 0.5), (0, 0, 0), 0.05, orthographic=True, up=(0, 1, 0))
         b.lamp(POINT, 4 * np.pi * np.pi, place((0, 0, 0)), size=(0.2, 0))
         b.add(quad((0, 0, -0.5), (1, 0, 0), (0, 1, 0)), diffuse(0.0))
         seen = pixels(render(b.make(), 1, volume_bounces=0))[..., :3].mean((0, 1))
         bare = pixels(render(_without_volume(b), 1))[..., :3].mean((0, 1))
-        assert (seen >= bare * np.exp(-SIGMA * 0.5) * 0.999).all() and (seen <= bare * np.exp(-SIGMA * 0.3) * 1.6).all()
+        assert (seen >= bare * np.exp(-SIGMA * 0.345)).all()  # from 0.499 to 0.2, or less where the ball is not as high
+        assert (seen <= bare * np.exp(-SIGMA * 0.299) * more).all()
 
 
 def _without_volume(b: Builder):
@@ -258,12 +263,7 @@ def test_uneven_white_volumes_do_not_show(shape, precision):
     dense = x * x * 3.0 + 0.1
     white = b.material([], volume=program(("extinction", [dense, dense * 2.0, dense]),
                                           ("scattering", [dense, dense * 2.0, dense], dict(anisotropy=z * 0.5))))
-    if shape == "sphere":
-        b.sphere((0, 0, 0), 1, white)
-    else:
-        body = b.mesh(box() if shape == "box" else ball(rings=6))
-        b.instance(body, white, matrix=place(scale=(-1, 1, 1) if shape == "mirrored" else 1))
-        b.instance(body, white, matrix=place((50, 0, 0)))
+    add_body(b, shape, white)
     film = render(b.make(), 1024, precision=precision, max_bounces=250, volume_bounces=250)
     assert_mean(film, 1.0, accuracy=0.005, rounding=1e-3)
 

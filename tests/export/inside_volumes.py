@@ -8,6 +8,8 @@ import bpy
 import numpy as np
 from common import NAMES, add, export, mesh, near, notes_of, run_all
 
+from isophote.materials import OF_VOLUMES, OPERATIONS
+
 
 def filled(kind, surface=None, link=None, **inputs):
     """A scene of a triangle whose material has a volume, and that volume's instructions by name."""
@@ -79,7 +81,7 @@ def test_worlds():
     tree.links.new(fog.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_WORLD").inputs["Volume"])
     scene = export()
     assert scene.world_volume > 0 and not scene.notes
-    assert np.isin(scene.instruction_op, [64, 65]).all()
+    assert np.isin(scene.instruction_op, [OPERATIONS[name][0] for name in OF_VOLUMES]).all()
 
 
 run_all(sys.modules[__name__])

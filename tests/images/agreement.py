@@ -10,6 +10,7 @@ from bench.cycles_process import run_script
 from bench.replicates import compare_replicates
 
 SIZE = 48  # pixels, of the longer side
+CLOSE = 0.01  # relative, of a channel's mean over a shader's ball
 
 
 def made(script: str, blend: Path, *arguments: str) -> Path:
@@ -34,3 +35,12 @@ def assert_agrees(blend: Path, samples: int, replicates: int, noise: float, slac
     bits = same_bits(renders["scene"], renders["settings"])
     assert bits.get("differing", 0) == 0, bits
     return found
+
+
+def rows_off(rows: list[dict], brighter: dict[str, float] | None = None) -> dict[str, dict]:
+    """Rows of compare_shaders with notes, or with a mean beyond CLOSE; `brighter`: how much more some may have."""
+    def is_off(row) -> bool:
+        most = (brighter or {}).get(row["shader"], CLOSE)
+        pairs = zip(row["ratios"], row["half_intervals"], strict=True)
+        return row["notes"] or any(not -CLOSE - 2 * half <= ratio - 1 <= most + 2 * half for ratio, half in pairs)
+    return {row["shader"]: row for row in rows if is_off(row)}

@@ -3,8 +3,8 @@
 import pytest
 
 from bench.shaders import MAKER, compare_shaders
+from tests.images.agreement import rows_off
 
-CLOSE = 0.01  # relative, of a channel's mean over a ball
 # Cycles drops what is left after 256 flights, of light colours in dense media some per cent. There (tests/analytic has
 # what theory gives) the channel may be brighter by so much.
 BRIGHTER = {"node, nearly white": 0.04, "skin": 0.015, "skin, anisotropy 0.8": 0.045, "two of them": 0.045}
@@ -14,7 +14,5 @@ BRIGHTER = {"node, nearly white": 0.04, "skin": 0.015, "skin, anisotropy 0.8": 0
 def test_balls_agree():
     rows, bits = compare_shaders("", samples=32, replicates=8, maker=MAKER.with_name("make_subsurface.py"))
     assert len(rows) > 20 and bits.get("differing", 0) == 0
-    off = {row["shader"]: row for row in rows
-           if row["notes"] or any(not -CLOSE - 2 * half <= ratio - 1 <= BRIGHTER.get(row["shader"], CLOSE) + 2 * half
-                                  for ratio, half in zip(row["ratios"], row["half_intervals"], strict=True))}
+    off = rows_off(rows, BRIGHTER)
     assert not off, off

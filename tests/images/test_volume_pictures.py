@@ -3,9 +3,8 @@
 import pytest
 
 from bench.shaders import MAKER, compare_shaders
-from tests.images.agreement import assert_agrees, made
+from tests.images.agreement import assert_agrees, made, rows_off
 
-CLOSE = 0.01  # relative, of a channel's mean over a ball
 # How noisy a picture may be at equal samples, as variance over Cycles'.
 NOISE = {"fog": 2.0, "inside": 1.8, "glow": 1.1, "clouds": 3.0}
 
@@ -14,9 +13,7 @@ NOISE = {"fog": 2.0, "inside": 1.8, "glow": 1.1, "clouds": 3.0}
 def test_balls_agree():
     rows, bits = compare_shaders("", samples=16, replicates=8, maker=MAKER.with_name("make_volumes.py"))
     assert len(rows) > 20 and bits.get("differing", 0) == 0
-    off = {row["shader"]: row for row in rows
-           if row["notes"] or any(abs(ratio - 1) > CLOSE + 2 * half
-                                  for ratio, half in zip(row["ratios"], row["half_intervals"], strict=True))}
+    off = rows_off(rows)
     assert not off, off
 
 

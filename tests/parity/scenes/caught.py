@@ -2,14 +2,27 @@
 
 from isophote.scene import Scene
 from isophote.values import ARITHMETIC
-from tests.scenes import ALL, POINT, RECTANGLE, Builder, ball, diffuse, emission, look_at, place, program, quad
-
-CATCHES = ALL | ALL << 10  # CATCHER_SHIFT
+from tests.scenes import (
+    ALL,
+    CATCHES,
+    POINT,
+    RECTANGLE,
+    Builder,
+    ball,
+    box,
+    diffuse,
+    emission,
+    look_at,
+    medium,
+    place,
+    program,
+    quad,
+)
 
 
 def caught() -> Scene:
     """A floor with a transparent part, an instance and a sphere that catch; balls, one of wax, a veil, a mirror, a
-    panel and a sphere that shines beside them; a world that is drawn and lamps."""
+    panel and a sphere that shines beside them, in fog; a world that is drawn and lamps."""
     b = Builder((20, 16))
     b.look((0, -6, 2.5), (0, 0, 0.6), 0.45)
     b.instance(b.mesh(quad((0, 0, 0), (5, 0, 0), (0, 5, 0))),
@@ -29,4 +42,7 @@ def caught() -> Scene:
     z = ARITHMETIC.call("position")[2]
     b.lamp(POINT, 300.0, place((2, -3, 5)), size=(0.5, 0))
     b.lamp(RECTANGLE, 80.0, look_at((0, 0, 4), (0, 0, 0), (0, 1, 0)), size=(1, 2))
-    return b.make(world_material=[b.material(program(("emission", (z * 0.2 + 0.3,) * 3)))])
+    b.add(box((0.8, -0.5, 0.8), (1.5, 1.5, 0.7)), [], volume=medium(0.1, 0.4))
+    b.sphere((-1.5, -1, 0.6), 0.5, b.material([], volume=medium(0.2, 0.5)), visibility=CATCHES)
+    sky = b.material(program(("emission", (z * 0.2 + 0.3,) * 3)))
+    return b.make(occlusion_distance=1.5, world_material=[sky], **b.fill_world(medium(0.01, 0.03)))

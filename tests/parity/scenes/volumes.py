@@ -1,6 +1,8 @@
 """Volumes: in balls, boxes and glass, in each other, in instances and in the world, with the camera in one of them; and
 such that differ from point to point."""
 
+import numpy as np
+
 from isophote.scene import Scene
 from isophote.values import ARITHMETIC
 from tests.scenes import (
@@ -48,7 +50,13 @@ def volumes() -> Scene:
     b.lamp(POINT, 200.0, place((-3, -3, 4)), (0.3, 0))
     b.lamp(RECTANGLE, 100.0, look_at((2, -4, 5), (0, 0, 0)), (1, 1), visibility=30)
     b.lamp(SUN, 0.5, look_at((1, 1, 5), (0, 0, 0)), (0.0, 0))
-    return b.make(**b.fill_world(medium((0.004, 0.006, 0.0), (0.01, 0.01, 0.0), 0.3)))
+    deep = b.material(program(("emission", (ARITHMETIC.call("ray_bounces", data=24)[0] * 0.5 + 1.0,) * 3)))
+    b.lamp(POINT, 60.0, place((3, 2, 2)), (0.2, 0), material=deep)
+    world = b.fill_world(medium((0.004, 0.006, 0.0), (0.01, 0.01, 0.0), 0.3))
+    blocks = [0, 0, 2, 0]  # some lamps are not stopped by every second object
+    return b.make(occlusion_distance=2.0, instance_terminator=[0.2] * len(b.instances),
+                  instance_sets=[[0, k % 2] for k in range(len(b.instances))],
+                  light_unlinked=np.array([[0, each] for each in blocks], np.uint64), **world)
 
 
 def clouds() -> Scene:
@@ -71,4 +79,4 @@ def clouds() -> Scene:
     b.add(box((0, 0, 1.2), (3, 2, 1.1)), [], volume=medium(0.02, 0.05))
     b.lamp(POINT, 300.0, place((3, -4, 5)), (0.3, 0))
     b.lamp(POINT, 50.0, place((-1, -1.5, 1.5)), (0.2, 0))
-    return b.make(**b.fill_world(medium(0.002, 0.004)))
+    return b.make(occlusion_distance=3.0, **b.fill_world(medium(0.002, 0.004)))
