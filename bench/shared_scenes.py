@@ -47,8 +47,7 @@ HEAD = """# Files by others, against Cycles
 
 Made by `python -m bench.shared_scenes --opencl --report docs/comparison`, noisy files again with `--samples 512`; the
 figures behind it are in `shared/rows.json`. What is rendered and tested is said in [the comparison](README.md). All
-settings are the files' own but for the size and for those that make Cycles biased, which are off for both engines, as
-motion blur is.
+settings are the files' own but for the size and for those that make Cycles biased, which are off for both engines.
 
 A file **agrees** where every channel's mean is within {means} % or its 99.5 % interval holds 0, at most {tiles} % of
 its tiles are rejected, and FLIP against Cycles is at most {flip} above that of Cycles against its own other half. Where

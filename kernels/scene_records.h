@@ -192,7 +192,7 @@ typedef struct {
 #define MATERIAL_EMISSION_VARIES 16u     /* emission holds registers */
 #define MATERIAL_TRANSPARENCY_VARIES 32u /* transparency holds registers */
 #define MATERIAL_BUMPS 64u      /* a closure has a normal of its own */
-#define MATERIAL_HOLDS_OUT 128u /* has an OP_HOLDOUT: takes alpha from a transparent film */
+#define MATERIAL_HOLDS_OUT 128u /* has an OP_HOLDOUT: takes of the pixel's alpha */
 #define MATERIAL_SUBSURFACE 256u /* has an OP_SUBSURFACE */
 #define MATERIAL_BOUNDARY 4096u /* of a volume: there is no surface */
 #define MOST_VOLUMES 8u /* that a path can be in at once */
