@@ -106,7 +106,7 @@ FN Shadow shade_shadow(Scene s, Params params, Shadow d, Volumes *v, Hit h, uint
   Track k = track_of_shadow(d);
   Segment g;
   g.majorant = majorant_of(s, v);
-  if (!(g.majorant > REAL(0.0))) g.mixture.extinction = extinction_at(s, v, k, d.ray.t_min, r);
+  g.mixture.extinction = g.majorant > REAL(0.0) ? zero3() : extinction_at(s, v, k, d.ray.t_min, r);
   real length = max_real((missed ? d.ray.t_max : h.t) - d.ray.t_min, REAL(0.0));
   d.kept = d.kept * kept_on_way(s, v, k, g, d.ray.t_min, length, &v->draws, r);
   if (missed) return d;

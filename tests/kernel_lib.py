@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -46,16 +47,18 @@ def find_compiler(names=("clang++-19", "clang++", "clang++-16", "g++", "c++")) -
     return next((name for name in names if shutil.which(name)), None)
 
 
-def build(compiler: str, flags: tuple[str, ...], probe: str = "bsdf_probe") -> Path:
-    """Compiles a probe once for these flags and sources; returns the shared library."""
-    key = hashlib.sha256(repr((compiler, flags, source_digest())).encode()).hexdigest()[:16]
-    library = BUILD / f"{probe}_{key}.so"
+def compiled(source: str, flags: tuple[str, ...] = ("-O2",), compiler: str | None = None) -> ctypes.CDLL:
+    """C++ that may include the kernels' headers and the probes, compiled once for these flags and sources."""
+    compiler = compiler or find_compiler()
+    command = [compiler, *STRICT, *flags, f"-I{ROOT / 'kernels'}", f"-I{PROBES}", "-x", "c++", "-"]
+    key = hashlib.sha256(repr((command, source, source_digest())).encode()).hexdigest()[:16]
+    library = BUILD / f"{key}.so"
     if not library.exists():
         BUILD.mkdir(parents=True, exist_ok=True)
-        partial = library.with_suffix(f".{id(library)}.partial")
-        subprocess.run([compiler, *STRICT, *flags, str(PROBES / f"{probe}.cpp"), "-o", str(partial)], check=True)
-        partial.replace(library)
-    return library
+        partial = library.with_suffix(f".{os.getpid()}.partial")
+        subprocess.run([*command, "-o", str(partial)], input=source, text=True, check=True)
+        partial.replace(library)  # tests run side by side
+    return ctypes.CDLL(str(library))
 
 
 class CppKernels:
@@ -64,7 +67,7 @@ class CppKernels:
     def __init__(self, reference: bool = False, compiler: str | None = None, flags: tuple[str, ...] = ("-O2",)):
         if reference:
             flags = (*flags, "-DISOPHOTE_REFERENCE")
-        self.library = ctypes.CDLL(str(build(compiler or find_compiler(), flags)))
+        self.library = compiled('#include "bsdf_probe.cpp"', flags, compiler)
         self.real = np.float64 if reference else np.float32
         assert self.library.probe_real_size() == np.dtype(self.real).itemsize
         self.tables = loaded_albedo_tables()
@@ -110,7 +113,7 @@ class ValueKernels:
     """The operations on values of kernels/values, in float32."""
 
     def __init__(self):
-        self.library = ctypes.CDLL(str(build(find_compiler(), ("-O2",), "value_probe")))
+        self.library = compiled('#include "value_probe.cpp"')
 
     def run(self, name: str, inputs, number: float = 0.0, tables=(0.0,)) -> np.ndarray:
         """Outputs (n, outputs) of an operation for inputs (n, inputs); a table begins at tables[0]."""

@@ -31,8 +31,9 @@ def scripts_folder(folder: Path = ROOT / "build" / "blender_scripts") -> Path:
         link.parent.mkdir(parents=True, exist_ok=True)
         if link.is_symlink() and link.readlink() == target:
             continue
-        link.unlink(missing_ok=True)
-        link.symlink_to(target)
+        new = link.with_name(f".{link.name}.{os.getpid()}")
+        new.symlink_to(target)
+        new.replace(link)  # at once: tests that run side by side make the same links
     return folder
 
 

@@ -163,6 +163,7 @@ def test_region_percentage_and_transparency(host):
     assert (opaque[..., 3] == 1).all()
 
 
+@pytest.mark.timed
 def test_cancel_keeps_the_picture(host):
     found, log = host.scenario("cancel")
     assert found["seconds"] < 0.5, log

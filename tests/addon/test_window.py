@@ -32,6 +32,7 @@ def display():
     server.wait()
 
 
+@pytest.mark.timed
 def test_f12_and_escape(program, display):
     SHOTS.mkdir(parents=True, exist_ok=True)
     env = blender_run.environment(program.scripts, DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1")

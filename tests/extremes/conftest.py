@@ -2,9 +2,23 @@
 
 import json
 import os
+from dataclasses import asdict
 from pathlib import Path
 
-from tests.extremes.table import HEADINGS, ROWS, shown, table
+import pytest
+
+from tests.extremes.table import HEADINGS, ROWS, Row, shown, table
+
+
+def pytest_sessionfinish(session):
+    if (output := getattr(session.config, "workeroutput", None)) is not None:
+        output["extremes"] = [asdict(row) for row in ROWS]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """What a process of pytest-xdist has found."""
+    ROWS.extend(Row(**row) for row in getattr(node, "workeroutput", {}).get("extremes", ()))
 
 
 def pytest_terminal_summary(terminalreporter):

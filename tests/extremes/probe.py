@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import subprocess
 
 import numpy as np
 
-from tests.kernel_lib import BUILD, ROOT, STRICT, find_compiler, source_digest
+from tests.kernel_lib import ROOT, compiled, source_digest
 
 # The body reads in[k] and writes out[k] of one element.
 CPP = """#include "{header}"
@@ -32,18 +30,10 @@ __kernel void probe(int inputs, int outputs, __global const float *all_in, __glo
 def run_cpp(header: str, body: str, values: np.ndarray, outputs: int, reference: bool = False) -> np.ndarray:
     """(n, outputs) of (n, inputs); float32, or float64 in the reference build."""
     text = CPP.format(header=header, body=body)
-    key = hashlib.sha256(f"{text}{source_digest()}{reference}".encode()).hexdigest()[:16]
-    library = BUILD / f"probe_{key}.so"
-    if not library.exists():
-        BUILD.mkdir(parents=True, exist_ok=True)
-        partial = library.with_suffix(".partial")
-        flags = [*STRICT, "-O2", f"-I{ROOT / 'kernels'}", *(["-DISOPHOTE_REFERENCE"] if reference else [])]
-        subprocess.run([find_compiler(), *flags, "-x", "c++", "-", "-o", str(partial)], input=text, text=True,
-                       check=True)
-        partial.replace(library)
+    library = compiled(text, ("-O2", *(["-DISOPHOTE_REFERENCE"] if reference else [])))
     real = np.float64 if reference else np.float32
     made, given = np.empty((len(values), outputs), real), np.ascontiguousarray(values, real)
-    ctypes.CDLL(str(library)).probe(len(values), given.shape[1], outputs, *(
+    library.probe(len(values), given.shape[1], outputs, *(
         array.ctypes.data_as(ctypes.c_void_p) for array in (given, made)))
     return made
 

@@ -1,23 +1,19 @@
 """The kernels' test of boxes errs on the side of looking: every box that a ray meets is entered, few others are."""
 
 import ctypes
-import subprocess
 
 import numpy as np
 import pytest
 
 from isophote.trees import BOX_MARGIN
-from tests.kernel_lib import BUILD, PROBES, STRICT, find_compiler, source_digest
+from tests.kernel_lib import compiled
 
 COUNT = 100_000
 
 
 @pytest.fixture(scope="module")
 def enter():
-    library = BUILD / f"box_probe_{source_digest()}.so"
-    BUILD.mkdir(parents=True, exist_ok=True)
-    subprocess.run([find_compiler(), *STRICT, "-O2", str(PROBES / "box_probe.cpp"), "-o", str(library)], check=True)
-    probe = ctypes.CDLL(str(library)).probe_boxes
+    probe = compiled('#include "box_probe.cpp"').probe_boxes
 
     def call(origin, direction, lo, hi, t_max):
         margin = np.float32(BOX_MARGIN) * np.maximum(np.abs(lo), np.abs(hi)).max(1, keepdims=True)

@@ -164,6 +164,7 @@ def test_another_source_option_or_driver_is_another_entry():
     assert key not in {kernel_build.build_key(*arguments) for arguments in others}
 
 
+@pytest.mark.timed
 def test_reading_the_binary_leaves_the_interpreter_free(pocl, monkeypatch):
     """PoCL compiles for a second there; a thread must go on meanwhile."""
     longest, done = [0.0], threading.Event()

@@ -1,8 +1,6 @@
 """The light tree: how often its walks end at each light against what light_chance says, and what clusters bound."""
 
 import ctypes
-import hashlib
-import subprocess
 
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ from scipy import stats
 
 from isophote.light_tree import make_light_tree
 from isophote.records import numbers
-from tests.kernel_lib import BUILD, ROOT, STRICT, find_compiler
+from tests.kernel_lib import compiled
 from tests.scenes import POINT, RECTANGLE, SPOT, SUN, Builder, ball, diffuse, emission, look_at, place, quad, ready
 
 N = numbers()
@@ -58,16 +56,7 @@ void probe_find(const World *world, const Light *lights, int n, const unsigned *
 
 @pytest.fixture(scope="module")
 def call():
-    sources = sorted((ROOT / "kernels").rglob("*.h"))
-    key = hashlib.sha256(b"".join(path.read_bytes() for path in sources) + PROBE.encode()).hexdigest()[:16]
-    library = BUILD / f"light_tree_{key}.so"
-    if not library.exists():
-        BUILD.mkdir(parents=True, exist_ok=True)
-        partial = library.with_suffix(f".{id(library)}.partial")
-        subprocess.run([find_compiler(), *STRICT, "-O2", f"-I{ROOT / 'kernels'}", "-x", "c++", "-", "-o", str(partial)],
-                       input=PROBE, text=True, check=True)
-        partial.replace(library)
-    loaded = ctypes.CDLL(str(library))
+    loaded = compiled(PROBE)
     return lambda name, *arguments: getattr(loaded, name)(*[
         a.ctypes.data_as(ctypes.c_void_p) if isinstance(a, np.ndarray) else a for a in arguments])
 

@@ -1,8 +1,6 @@
 """Lights: what sample_light draws against its density, and what hit_lamp says of the same directions."""
 
 import ctypes
-import hashlib
-import subprocess
 import zlib
 
 import numpy as np
@@ -11,7 +9,7 @@ from scipy import stats
 
 from isophote import _native
 from isophote.records import numbers, params_dtype, records, scene_buffers
-from tests.kernel_lib import BUILD, ROOT, STRICT, find_compiler
+from tests.kernel_lib import compiled
 from tests.scenes import (
     ELLIPSE,
     POINT,
@@ -63,16 +61,7 @@ void probe_hit(const Light *l, const float *p, int n, const float *d, float t_ma
 
 class Kernel:
     def __init__(self):
-        sources = sorted((ROOT / "kernels").rglob("*.h"))
-        key = hashlib.sha256(b"".join(path.read_bytes() for path in sources) + PROBE.encode()).hexdigest()[:16]
-        library = BUILD / f"light_{key}.so"
-        if not library.exists():
-            BUILD.mkdir(parents=True, exist_ok=True)
-            partial = library.with_suffix(f".{id(self)}.partial")
-            subprocess.run([find_compiler(), *STRICT, "-O2", f"-I{ROOT / 'kernels'}", "-x", "c++", "-",
-                            "-o", str(partial)], input=PROBE, text=True, check=True)
-            partial.replace(library)
-        self.library = ctypes.CDLL(str(library))
+        self.library = compiled(PROBE)
 
     def call(self, name, *arguments):
         getattr(self.library, name)(*[a.ctypes.data_as(ctypes.c_void_p) if isinstance(a, np.ndarray) else a

@@ -2,15 +2,13 @@
 kernel's, compiled by the first C++ compiler, which must be equal bit for bit."""
 
 import ctypes
-import hashlib
 import re
-import subprocess
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from tests.kernel_lib import BUILD, ROOT, STRICT, find_compiler
+from tests.kernel_lib import ROOT, compiled
 
 U = np.uint32
 PIXELS, PER_PIXEL = 64, 256
@@ -89,15 +87,7 @@ class Kernel:
     """sample_pair of kernels/sampler.h over arrays of sample numbers."""
 
     def __init__(self):
-        text = (ROOT / "kernels" / "sampler.h").read_text() + PROBE
-        library = BUILD / f"sampler_{hashlib.sha256(text.encode()).hexdigest()[:16]}.so"
-        if not library.exists():
-            BUILD.mkdir(parents=True, exist_ok=True)
-            partial = library.with_suffix(f".{id(self)}.partial")
-            subprocess.run([find_compiler(), *STRICT, "-O2", f"-I{ROOT / 'kernels'}", "-x", "c++", "-",
-                            "-o", str(partial)], input=PROBE, text=True, check=True)
-            partial.replace(library)
-        self.probe = ctypes.CDLL(str(library)).probe
+        self.probe = compiled(PROBE).probe
 
     def __call__(self, pair, index, x=3, y=5, replicate=0, seed=0):
         index = np.ascontiguousarray(index, U)

@@ -1,8 +1,6 @@
 """The world as a light: its map integrates to 1, its power is right, and drawing it changes nothing but the noise."""
 
 import ctypes
-import hashlib
-import subprocess
 
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ import pytest
 from isophote.records import numbers
 from isophote.values import Value, call1
 from isophote.world_map import LUMINANCE
-from tests.kernel_lib import BUILD, ROOT, STRICT, find_compiler
+from tests.kernel_lib import compiled
 from tests.scenes import Builder, ball, diffuse, emission, mean_and_error, quad, ready, render
 
 N = numbers()
@@ -63,15 +61,7 @@ def under(world, **others):
 
 @pytest.fixture(scope="module")
 def library():
-    key = hashlib.sha256((PROBE + (ROOT / "kernels" / "world.h").read_text()).encode()).hexdigest()[:16]
-    path = BUILD / f"world_probe_{key}.so"
-    if not path.exists():
-        BUILD.mkdir(parents=True, exist_ok=True)
-        source = path.with_suffix(".cpp")
-        source.write_text(PROBE)
-        subprocess.run([find_compiler(), *STRICT, "-Wno-unused-function", "-O2", f"-I{ROOT / 'kernels'}", str(source),
-                        "-o", str(path)], check=True)
-    return ctypes.CDLL(str(path))
+    return compiled(PROBE, ("-O2", "-Wno-unused-function"))
 
 
 def call(library, name, prepared, n, given, *outputs):
