@@ -13,14 +13,17 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy.app.handlers import persistent
 
 from isophote.device import Device, DeviceError
-from isophote.geometry import Geometry
 from isophote.session import Session
 from isophote.settings import Settings
+
+if TYPE_CHECKING:  # it needs the native module, and the add-on says what is wrong where that is missing
+    from isophote.geometry import Geometry
 
 SHARE = 0.125
 UNKNOWN_MEMORY = 8 << 30  # bytes, of a machine that does not tell how many it has

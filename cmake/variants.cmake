@@ -28,8 +28,7 @@ if(compiler_id STREQUAL "gnu")
   set(compiler_id "g++")
 endif()
 
-set(include_dirs "${CMAKE_SOURCE_DIR}/kernels" "${CMAKE_SOURCE_DIR}/native" "${ISOPHOTE_NATIVE_DIR}"
-    "${CMAKE_BINARY_DIR}/generated")
+set(include_dirs "${CMAKE_SOURCE_DIR}/kernels" "${CMAKE_SOURCE_DIR}/native" "${ISOPHOTE_NATIVE_DIR}")
 
 set(variant_objects "")
 set(variant_list "")

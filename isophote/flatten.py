@@ -46,7 +46,7 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
     scene = without_motion(scene, ranks == 2)
     a = scene.arrays
     parts = {name: [a[name]] for name in ("vertices", "triangles", "triangle_slots", "mesh_vertices", "mesh_triangles",
-                                              "mesh_normals", "mesh_keys")}
+                                              "mesh_normals", "mesh_keys", "mesh_radii")}
     a = a | {name: a[name].copy() for name in ("instance_mesh", "instance_to_world")}
     attributes, values = [a["mesh_attributes"]], [a["attribute_values"]]
     names = {group: list(those) for group, those in scene.names.items()}
@@ -63,6 +63,7 @@ def flattened(scene: Scene, ranks: np.ndarray) -> Scene:
         parts["mesh_triangles"].append(np.array([end], np.uint32))
         parts["mesh_normals"].append(np.array([-1], np.int32))
         parts["mesh_keys"].append(np.zeros(1, np.uint32))
+        parts["mesh_radii"].append(np.zeros(1, np.int32))  # flat strands have no area
         own, made = attributes_of(a, a["instance_mesh"][instance], used, sum(map(len, values)))
         attributes.append(own[None])
         values.append(made)

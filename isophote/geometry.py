@@ -15,14 +15,15 @@ from functools import cached_property
 
 import numpy as np
 
-from isophote import _native, motion
+from isophote import _native, motion, strands
 from isophote.flatten import matrix_ranks
 from isophote.records import make_records, numbers, records
 from isophote.scene import Scene
 from isophote.trees import NOTHING, THREADS, WORLD, Before, Content, Tree, make_tree, make_wide_tree
 
 # What meshes, trees and records are made of; the scene's other arrays may change and they stay.
-OF_MESHES = ("vertices", "triangles", "mesh_vertices", "mesh_triangles", "mesh_keys", "key_vertices")
+OF_MESHES = ("vertices", "triangles", "mesh_vertices", "mesh_triangles", "mesh_keys", "key_vertices", "mesh_radii",
+             "radii")
 OF_TREES = (*OF_MESHES, "instance_mesh", "instance_to_world", "instance_visibility", "sphere_center", "sphere_radius",
             "sphere_visibility", "instance_keys", "key_to_world", "vectors")
 INPUTS = (*OF_TREES, "triangle_slots", "normals", "mesh_normals", "instance_slots", "sphere_material", "key_normals")
@@ -197,8 +198,8 @@ def mesh_users(scene: Scene) -> np.ndarray:
 
 
 def own_trees(scene: Scene) -> np.ndarray:
-    """Mask (M) of meshes that have a tree of their own: those with several users, and what moves or deforms."""
-    own = (mesh_users(scene) > 1) | motion.deforming(scene)
+    """Mask (M) of meshes that have a tree of their own: those with several users, what moves or deforms, strands."""
+    own = (mesh_users(scene) > 1) | motion.deforming(scene) | strands.stranded(scene)
     own[scene.instance_mesh[motion.moving(scene)]] = True
     return own
 
@@ -206,8 +207,8 @@ def own_trees(scene: Scene) -> np.ndarray:
 def baked_buffers(scene: Scene, own: np.ndarray, uses: np.ndarray, vertices: np.ndarray | None = None) -> dict:
     """Buffers by name (kernels/scene_buffers.h) of all that does not need trees; `vertices` where they are known."""
     made = {"vertices": baked_vertices(scene, uses) if vertices is None else vertices, "indices": scene.triangles,
-            "normals": baked_normals(scene, uses), "slots": scene.triangle_slots, "spheres": make_spheres(scene),
-            "instances": make_instances(scene, own)}
+            "normals": baked_normals(scene, uses), "radii": strands.marked_radii(scene), "slots": scene.triangle_slots,
+            "spheres": make_spheres(scene), "instances": make_instances(scene, own)}
     return made | motion.motion_buffers(scene)
 
 
@@ -266,9 +267,16 @@ def content_of(scene: Scene, mesh: int, members, lo=(), hi=(), reference=()) -> 
 
 def mesh_content(scene: Scene, mesh: int) -> Content:
     """Of the tree of one mesh."""
-    if not motion.deforming(scene)[mesh]:
-        return content_of(scene, mesh, [mesh])
-    return content_of(scene, mesh, [], *motion.shape_boxes(scene, mesh), motion.references(scene, mesh))
+    if strands.stranded(scene)[mesh]:
+        return content_of(scene, mesh, [], *strands.segment_boxes(scene, mesh), references(scene, mesh))
+    if motion.deforming(scene)[mesh]:
+        return content_of(scene, mesh, [], *motion.shape_boxes(scene, mesh), references(scene, mesh))
+    return content_of(scene, mesh, [mesh])
+
+
+def references(scene: Scene, mesh: int) -> np.ndarray:
+    """What a tree has of triangles, or segments, that are in leaves one by one (REF_SINGLE of scene_records.h)."""
+    return np.arange(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1]) | numbers()["REF_SPHERE"] << 30
 
 
 def world_content(scene: Scene, members: np.ndarray, spheres: np.ndarray, instances: np.ndarray) -> Content:
@@ -278,6 +286,8 @@ def world_content(scene: Scene, members: np.ndarray, spheres: np.ndarray, instan
     of_meshes = mesh_boxes(scene)
     for mesh in np.flatnonzero(motion.deforming(scene)):
         of_meshes[mesh] = motion.box_of_shapes(scene, mesh)
+    for mesh in np.flatnonzero(strands.stranded(scene)):
+        of_meshes[mesh] = strands.box_of_segments(scene, mesh)
     boxes = of_meshes[scene.instance_mesh[placed]].astype(np.float64)
     lo, hi = instance_boxes(instances[placed], boxes)
     moving = np.flatnonzero(motion.moving(scene)[placed])
@@ -305,8 +315,11 @@ def make_instances(scene: Scene, own: np.ndarray) -> np.ndarray:
     inverse[~flat, :, :3] = np.linalg.inv(matrices[~flat, :, :3])  # who moves may be flat for a moment
     inverse[:, :, 3] = -np.einsum("nij,nj->ni", inverse[:, :, :3], matrices[:, :, 3])
     normals = scene.mesh_normals[mesh].astype(np.int64)
+    radii = scene.mesh_radii[mesh].astype(np.int64)
     flags = (is_mirrored(matrices) & ~shared) * n["INSTANCE_MIRRORED"] | (normals >= 0) * n["INSTANCE_SMOOTH"]
-    first = np.where(normals >= 0, normals - scene.mesh_vertices[mesh], 0)
+    flags |= (radii > 0) * n["INSTANCE_STRANDS"]
+    first = np.where(radii > 0, radii - 1, np.where(normals >= 0, normals, scene.mesh_vertices[mesh]))
+    first -= scene.mesh_vertices[mesh]
     return make_records(
         "Instance", len(matrices), to_world=matrices.reshape(-1, 12), to_object=inverse.reshape(-1, 12),
         root=np.where(shared, 0, n["NONE"]), first_slot=scene.instance_slots,

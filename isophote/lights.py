@@ -8,7 +8,7 @@ import numpy as np
 
 from isophote.emission import lamp_luminance, mean_radiance
 from isophote.records import make_records, numbers
-from isophote.scene import Scene
+from isophote.scene import Scene, slots_of
 
 SHARPEST = 1e-6  # width of a spot's edge in cosine, where Blender's blend is 0
 NARROWEST = 1e-3  # radians of a spread: a parallel beam, too, has some width
@@ -119,13 +119,6 @@ def estimated(lights: np.ndarray, lamps: int, buffers: dict[str, np.ndarray], vi
     made = lights.copy()
     made["radiance"][own] *= lamp_luminance(buffers | {"lights": lights}, own, lights[own], viewer)[:, None]
     return made
-
-
-def slots_of(scene: Scene, mesh: int) -> np.ndarray:
-    """Material slot of each of a mesh's triangles, int64 [T]."""
-    first, end = scene.mesh_triangles[mesh:mesh + 2].astype(np.int64)
-    slots = scene.triangle_slots[first:end].astype(np.int64)
-    return slots if len(scene.triangle_slots) else np.broadcast_to(0, end - first)
 
 
 def emitting_triangles(scene: Scene, emits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from isophote.records import make_records, numbers
+from isophote.records import make_records
 from isophote.scene import Scene
 
 TURN_EACH = 0.1  # radians between the moments at which boxes are looked at
@@ -165,8 +165,3 @@ def box_of_shapes(scene: Scene, mesh: int) -> np.ndarray:
     """Lowest and highest corner of all shapes, f4 [2, 3]."""
     low, high = shape_boxes(scene, mesh)
     return np.stack([low.min(axis=0), high.max(axis=0)]) if len(low) else np.zeros((2, 3), np.float32)
-
-
-def references(scene: Scene, mesh: int) -> np.ndarray:
-    """What the tree of a mesh that deforms has of its triangles."""
-    return np.arange(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1]) | numbers()["REF_SPHERE"] << 30

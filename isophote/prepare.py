@@ -13,13 +13,15 @@ from isophote.geometry import Geometry, make_geometry
 from isophote.light_linking import link_features, link_records, lit_sets, lit_shares
 from isophote.light_tree import make_light_tree, shining
 from isophote.lights import estimated, has_program, light_records, triangle_lights, world_light
+from isophote.majorants import find_majorants
 from isophote.materials import OPERATIONS, closure_mask, is_delta
 from isophote.motion import deforming, moving
 from isophote.planes import named_width
 from isophote.records import make_records, numbers, scene_buffers
 from isophote.scene import Scene
+from isophote.strands import stranded
 from isophote.values import operation_of, operations
-from isophote.volumes import Filled, filled_objects, find_majorants, has_volumes, is_camera_enclosed
+from isophote.volumes import Filled, filled_objects, has_volumes, is_camera_enclosed
 from isophote.world_map import make_world_map
 
 TRANSMITTING = ("refraction", "glass", "principled_glass", "film_glass", "beckmann_glass", "translucent")
@@ -411,6 +413,7 @@ def find_features(scene: Scene, buffers: dict, materials: np.ndarray) -> int:
         "FEATURE_VOLUME": has_volumes(scene),
         "FEATURE_TERMINATOR": len(buffers["terminators"]) > 0,
         "FEATURE_SUBSURFACE": (materials["flags"] & n["MATERIAL_SUBSURFACE"]).any(),
+        "FEATURE_STRANDS": stranded(scene).any(),
         "FEATURE_MOTION": moving(scene).any() or deforming(scene).any(),
         "FEATURE_DEFORMATION": deforming(scene).any(),
     }

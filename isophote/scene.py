@@ -5,7 +5,7 @@ validating walk over it.  Counts: V vertices, T triangles, N normals, E entries 
 slots (T, or 0 where all slots are 0), M meshes, I instances, Q slots, S spheres, P materials, K instructions, L lights,
 Z steps, C numbers of tables, A attributes, B numbers of attributes, D AOVs, O instances of which values are known (I or
 0), R numbers of each, G images, X bytes, W, U and Y 0 or 1, J poses of the camera (0 or 2 and
-more), H numbers of a curve, f keys of instances, v and n vertices and normals of keys of meshes.
+more), H numbers of a curve, f keys of instances, v and n vertices and normals of keys of meshes, r radii.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 
 from isophote.records import numbers
 
-FORMAT = 5
+FORMAT = 6
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,10 @@ FIELDS: dict[str, Field] = {
     "mesh_vertices": Field("u4", ("M+1",), "first vertex of each mesh; the last entry is V"),
     "mesh_triangles": Field("u4", ("M+1",), "first triangle of each mesh; the last entry is T"),
     "mesh_normals": Field("i4", ("M",), "normal of the mesh's first vertex, the others' follow; -1 for flat meshes"),
+    "mesh_radii": Field("i4", ("M",), "of strands (hair, fur, grass): one more than the number of the first vertex's "
+                                      "radius, the others' follow. Their triangles are segments: two vertices that "
+                                      "follow each other, and the first again. 0: no strands", zeros=True),
+    "radii": Field("f4", ("r",), "object space"),
     "instance_mesh": Field("u4", ("I",), "mesh of each instance"),
     "instance_to_world": Field("f8", ("I", 3, 4), "object to world, relative to origin"),
     "instance_keys": Field("u4", ("I",), "of one that moves: how many of key_to_world it has, evenly from the opening "
@@ -298,3 +302,10 @@ def resized(scene: Scene, size: tuple[int, int]) -> Scene:
     arrays = scene.arrays | {"resolution": np.array(size, np.int32),
                              "camera_window": np.array([left, right, middle - half, middle + half])}
     return replace(scene, arrays=arrays)
+
+
+def slots_of(scene: Scene, mesh: int) -> np.ndarray:
+    """Material slot of each of a mesh's triangles, int64 [T]."""
+    first, end = scene.mesh_triangles[mesh:mesh + 2].astype(np.int64)
+    slots = scene.triangle_slots[first:end].astype(np.int64)
+    return slots if len(scene.triangle_slots) else np.broadcast_to(0, end - first)

@@ -17,6 +17,7 @@ from isophote.flatten import flattened, instance_ranks, without_motion
 from isophote.materials import OPERATIONS
 from isophote.records import numbers
 from isophote.scene import Scene
+from isophote.strands import bad_segments, stranded, wrong_segments
 from isophote.values import operations
 from isophote.volumes import asks_for_surfaces, is_deeply_nested
 
@@ -241,6 +242,13 @@ def index_problems(scene: Scene) -> list[Problem]:
     outside = (a["mesh_normals"] >= 0) & (smooth_end > len(a["normals"]))
     for mesh in np.flatnonzero(outside | (a["mesh_normals"] < -1)):
         problems.append(Problem("error", scene.name_of("meshes", mesh), "its normals lie outside the array"))
+    radii_end = a["mesh_radii"].astype(np.int64) - 1 + np.diff(first)
+    outside = (a["mesh_radii"] < 0) | (a["mesh_radii"] > 0) & (radii_end > len(a["radii"]))
+    outside |= (a["mesh_radii"] > 0) & (a["mesh_normals"] >= 0)
+    outside[~outside] = [wrong_segments(scene, mesh) and stranded(scene)[mesh] for mesh in np.flatnonzero(~outside)]
+    for mesh in np.flatnonzero(outside):
+        what = "its radii lie outside the array, it has normals, too, or triangles that are no segments"
+        problems.append(Problem("error", scene.name_of("meshes", mesh), what))
     low, high = vertices_used(a, counts)
     for mesh in np.flatnonzero((counts > 0) & ((low < first[:-1]) | (high >= first[1:]))):
         problems.append(Problem("error", scene.name_of("meshes", mesh), "its triangles have vertices of other meshes"))
@@ -383,6 +391,8 @@ def bad_triangles(scene: Scene) -> np.ndarray:
     _native.find_bad_triangles(scene.vertices, scene.triangles, threads, bad)
     bad = bad.view(bool)
     mark_bad_shapes(scene, bad)
+    for mesh in np.flatnonzero(stranded(scene)):
+        bad[scene.mesh_triangles[mesh]:scene.mesh_triangles[mesh + 1]] = bad_segments(scene, mesh)
     if not _native.all_finite(scene.normals.reshape(-1), threads):
         bad |= bad_normals(scene)
     return bad

@@ -7,6 +7,7 @@
 #define ISOPHOTE_BVH_H
 #include "motion.h"
 #include "sphere.h"
+#include "strand.h"
 #include "triangle.h"
 
 #define STACK_SIZE 96 /* the builder keeps each of the two levels below 46 */
@@ -106,14 +107,23 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
   return best;
 }
 
+#if SCENE_FEATURES & (FEATURE_DEFORMATION | FEATURE_STRANDS)
+/* What the tree of a mesh that deforms, or of strands, has in a leaf. Apart, as below, so that tracers of other scenes
+ * stay as small as they are. */
+FN_APART Hit hit_single(Scene s, uint primitive, uint instance, LocalRay space, Ray ray, Hit best) {
+#if SCENE_FEATURES & FEATURE_STRANDS
+  if (is_strand(s, instance))
+    return keep_closer(best, hit_segment(s, primitive, instance, space.origin, space.direction, ray_time(ray)), instance, primitive, ray);
+#endif
 #if SCENE_FEATURES & FEATURE_DEFORMATION
-/* A triangle of a mesh that deforms. Apart, as below, so that tracers of other scenes stay as small as they are. */
-FN_APART Hit hit_deforming(Scene s, uint primitive, uint instance, LocalRay space, Ray ray, Hit best) {
   GLOBAL const uint *corner = &s.indices[3u * primitive];
   Motion m = s.motions[instance];
   TriangleHit h = triangle_hit(shape_at(s, m, m.first_shape, corner[0], ray.time), shape_at(s, m, m.first_shape, corner[1], ray.time),
                                shape_at(s, m, m.first_shape, corner[2], ray.time), space.origin, space.direction, space.shear);
   return keep_closer(best, h, instance, primitive, ray);
+#else
+  return best;
+#endif
 }
 #endif
 
@@ -191,9 +201,9 @@ FN void pass_leaf(Walk *w, uint *stack, Scene s, int any) {
   uint kind = REF_KIND(w->ref), index = REF_INDEX(w->ref);
   if (kind == REF_TRIANGLES) {
     w->best = hit_triangles(s, index, w->instance, w->space, w->ray, w->best);
-#if SCENE_FEATURES & FEATURE_DEFORMATION
-  } else if (kind == REF_DEFORMING && w->instance != NONE) {
-    w->best = hit_deforming(s, index, w->instance, w->space, w->ray, w->best);
+#if SCENE_FEATURES & (FEATURE_DEFORMATION | FEATURE_STRANDS)
+  } else if (kind == REF_SINGLE && w->instance != NONE) {
+    w->best = hit_single(s, index, w->instance, w->space, w->ray, w->best);
 #endif
   } else if ((SCENE_FEATURES & FEATURE_SPHERES) && kind == REF_SPHERE) {
     w->best = hit_sphere(s, index, w->space, w->ray, w->best);

@@ -3,6 +3,8 @@
 #define ISOPHOTE_RAY_H
 #include "scene_buffers.h"
 
+#define FAR_AWAY REAL(3.0e38)
+
 /* Half the distance from 1 to the next number: the unit of rounding errors (Higham 2002, 2.2), of the
  * arithmetic and of what is stored in the scene's arrays. */
 #define STORAGE_ROUNDING REAL(5.9604644775390625e-8)

@@ -10,8 +10,9 @@
   X(Bvh2Node, nodes, "of the world's tree and of those of instanced meshes")                   \
   X(Triangle, triangles, "in the order of the leaves")                                         \
   X(packed3, vertices, "of all meshes; world space of meshes with one user, else object space") \
-  X(uint, indices, "three vertices a triangle, in the scene's order")                          \
+  X(uint, indices, "three vertices a triangle, in the scene's order; of strands, a segment's ends and the first again") \
   X(packed3, normals, "unit, of the vertices of smooth meshes, in the space of the vertices")  \
+  X(float, radii, "of the vertices of strands, object space; of a strand's ends times -1")       \
   X(ushort, slots, "material slot of each triangle; empty where all are 0")                    \
   X(Sphere, spheres, "")                                                                       \
   X(Instance, instances, "every instance of the scene")                                        \

@@ -50,6 +50,7 @@
 #define FEATURE_CATCHERS 67108864u /* some object catches shadows */
 #define FEATURE_LINKING 134217728u /* some light does not light, or is not stopped by, all objects */
 #define FEATURE_VOLUME 268435456u /* something fills the world or the inside of an object */
+#define FEATURE_STRANDS 536870912u /* hair and the like: strand.h */
 /* Those of the scene at hand where code is compiled for one scene, else all. */
 #ifndef SCENE_FEATURES
 #define SCENE_FEATURES 0xffffffffu
@@ -90,7 +91,7 @@ typedef struct {
 #define REF_TRIANGLES 1u /* a run of triangles that ends at the one marked LAST_IN_LEAF */
 #define REF_SPHERE 2u
 #define REF_INSTANCE 3u
-#define REF_DEFORMING REF_SPHERE /* in the tree of a mesh that deforms: the number of one triangle */
+#define REF_SINGLE REF_SPHERE /* in the tree of a mesh that deforms, or of strands: the number of one triangle or segment */
 #define REF_KIND(ref) ((ref) >> 30)
 #define REF_INDEX(ref) ((ref) & 0x3fffffffu)
 #define LAST_IN_LEAF 0x80000000u
@@ -159,13 +160,14 @@ typedef struct {
  * front stays the front. */
 #define INSTANCE_MIRRORED 0x100u
 #define INSTANCE_SMOOTH 0x200u /* its mesh has normals */
+#define INSTANCE_STRANDS 0x8000u /* its mesh has radii: strand.h */
 typedef struct {
   float to_world[12];  /* 3 rows of 4 */
   float to_object[12]; /* 3 rows of 4 */
   uint root;           /* reference to the mesh's tree; NONE where its triangles lie in world space */
   uint first_slot;     /* in slot_materials */
   uint visibility;     /* kinds of rays | INSTANCE_ flags */
-  uint first_normal;   /* a vertex's number and this add up, modulo 2^32, to that of its normal */
+  uint first_normal;   /* a vertex's number and this add up, modulo 2^32, to that of its normal, of strands its radius */
 } Instance;
 
 /* Of an instance: what there is of it while the shutter is open. One that moves, and one whose mesh deforms, has a tree

@@ -3,8 +3,6 @@
 #define ISOPHOTE_SURFACE_H
 #include "bvh.h"
 
-#define FAR_AWAY REAL(3.0e38)
-
 typedef struct {
   real3 p;
   real offset;     /* metres along ng that a ray must start off the surface */
@@ -60,6 +58,17 @@ FN uint hit_material(Scene s, Hit h, uint features) {
 
 FN real sum_of3(real3 a) { return a.x + a.y + a.z; }
 
+#if SCENE_FEATURES & FEATURE_STRANDS
+/* Where a ray is at t, in the space of an instance with a tree of its own. */
+FN real3 point_in_object(Scene s, uint instance, Ray ray, real t, uint features) {
+  real3 p = ray.origin + ray.direction * t;
+#if SCENE_FEATURES & FEATURE_MOTION
+  if (in_motion(s, instance, features)) return unplaced_point(placement_at(s, s.motions[instance], ray.time), p);
+#endif
+  return transform_point(s.instances[instance].to_object, p);
+}
+#endif
+
 /* A point of the triangle with edges e1, e2 and weights b0, b1, b2 of its corners, moved inside where it is nearer to
  * an edge than `reach`: rounding could put it beyond a wall that meets the triangle there, and light would leak in. */
 FN real3 keep_inside(real3 p, real3 e1, real3 e2, real b0, real b1, real b2, real reach) {
@@ -101,13 +110,28 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     real b0 = REAL(1.0) - h.u - h.v;
     r.p = v0 * b0 + v1 * h.u + v2 * h.v;
     error = (abs3(v0) * fabs(b0) + abs3(v1) * fabs(h.u) + abs3(v2) * fabs(h.v)) * (REAL(8.0) * ROUNDING);
-    real3 e1 = v1 - v0, e2 = v2 - v0;
-    ng = cross3(e1, e2);
-    ns = ng;
-    /* is_in_front: how far p lies off the plane, and the rounding of its test here and for a neighbour. */
-    real3 across = normalize3(ng);
-    error = error + (abs3(e1) + abs3(e2)) * (REAL(4.0) * ROUNDING);
-    real3 off_plane = abs3(across) * fabs(dot3(across, r.p - v0));
+    real3 e1 = v1 - v0, e2 = v2 - v0, off_plane = zero3();
+#if SCENE_FEATURES & FEATURE_STRANDS
+    int strand = is_strand(s, h.instance);
+    if (strand) { /* p is the centre of the ball whose surface was hit */
+      real radius = radius_at(s, h.instance, i0) * b0 + radius_at(s, h.instance, i1) * h.u;
+      ng = normalize3(point_in_object(s, h.instance, ray, h.t, features) - r.p);
+      r.p = r.p + ng * radius;
+      error = error + (splat3(radius) + abs3(e1)) * (REAL(8.0) * ROUNDING);
+      real square = dot3(e1, e1); /* as in Cycles light does not know that strands are pointed */
+      ns = ng - e1 * (square > REAL(0.0) ? dot3(ng, e1) / square : REAL(0.0));
+    }
+#else
+    int strand = 0;
+#endif
+    if (!strand) {
+      /* is_in_front: how far p lies off the plane, and the rounding of its test here and for a neighbour. */
+      ng = cross3(e1, e2);
+      real3 across = normalize3(ng);
+      error = error + (abs3(e1) + abs3(e2)) * (REAL(4.0) * ROUNDING);
+      off_plane = abs3(across) * fabs(dot3(across, r.p - v0));
+      ns = ng;
+    }
     if (features & FEATURE_SMOOTH) {
       uint first = instance->first_normal;
       if (instance->visibility & INSTANCE_SMOOTH)

@@ -190,7 +190,7 @@ FN void hit_candidates(Lane &l, int any) {
   if (l.best.t < before || (any && l.best.instance != NONE)) shorten(l, any);
 }
 
-/* A sphere, an instance, the way back from one, or a triangle of a mesh that deforms. Apart: most rays meet none, and
+/* A sphere, an instance, the way back from one, a triangle of a mesh that deforms, or a segment of a strand. Apart: most rays meet none, and
  * inlined, all of this made the loops below 15 % slower. */
 FN_APART void step_rare(Lane &l, const WideTree &tree, Scene s, int any) {
   uint32_t ref = l.refs[--l.top];
@@ -199,7 +199,7 @@ FN_APART void step_rare(Lane &l, const WideTree &tree, Scene s, int any) {
   } else if (REF_KIND(ref) == REF_SPHERE) {
     float before = l.best.t;
     l.best = l.instance == NONE ? hit_sphere(s, REF_INDEX(ref), l.local, l.ray, l.best)
-                                : hit_deforming(s, REF_INDEX(ref), l.instance, l.local, l.ray, l.best);
+                                : hit_single(s, REF_INDEX(ref), l.instance, l.local, l.ray, l.best);
     if (l.best.t < before || (any && l.best.instance != NONE)) shorten(l, any);
   } else {
     const Instance &i = s.instances[REF_INDEX(ref)];

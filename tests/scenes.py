@@ -125,6 +125,7 @@ class Builder:
     instances: list = field(default_factory=list)
     keys: dict = field(default_factory=dict)  # by instance: matrices over the shutter's time
     shapes: dict = field(default_factory=dict)  # by mesh: vertices, and normals or None, over that time
+    radii: dict = field(default_factory=dict)  # by mesh: those of the vertices of strands
     spheres: list = field(default_factory=list)
     lamps: list = field(default_factory=list)
     world: object = 0.0
@@ -164,6 +165,13 @@ class Builder:
         self.meshes.append((np.asarray(vertices, np.float32), np.asarray(triangles),
                             np.broadcast_to(slots, len(triangles)), None if normals is None else np.asarray(normals)))
         return len(self.meshes) - 1
+
+    def strands(self, points, radii, **others) -> int:
+        """A mesh of strands of equally many points (strands, n, 3), and their radii (strands, n)."""
+        points = np.asarray(points, float)
+        starts = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])[:, :-1].reshape(-1, 1)
+        self.radii[len(self.meshes)] = np.broadcast_to(radii, points.shape[:2]).ravel()
+        return self.mesh((points.reshape(-1, 3), starts + (0, 1, 0)), **others)
 
     def instance(self, mesh: int, *materials: int, matrix=None, visibility=ALL, values=(), keys=None):
         """`values`: what steps ask of it, as many for all instances. `keys`: matrices over the shutter's time."""
@@ -237,6 +245,10 @@ class Builder:
             arrays["mesh_normals"] = np.where(smooth, np.cumsum([0, *smooth[:-1]]), -1)
             arrays |= self.attribute_arrays()
             arrays |= self.shape_arrays()
+            if self.radii:
+                counts = np.array([len(self.radii.get(mesh, ())) for mesh in range(len(self.meshes))])
+                arrays["mesh_radii"] = np.where(counts, 1 + np.cumsum(counts) - counts, 0)
+                arrays["radii"] = np.concatenate([self.radii[mesh] for mesh in sorted(self.radii)])
             if any(smooth):
                 arrays["normals"] = np.concatenate([m[3] for m in self.meshes if m[3] is not None])
         if self.instances:

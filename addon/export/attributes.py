@@ -103,6 +103,11 @@ def tangent(mesh, name: str):
     return "TRIANGLE_CORNER", made.reshape(-1, 4)
 
 
+def strand(mesh, _):
+    """What only hair has."""
+    return None
+
+
 def island(mesh, _):
     """A random number for each part that edges hold together, as in Cycles (attr_create_random_per_island)."""
     edges = compat.read_all(mesh.edges, "vertices", 2, np.int32)
@@ -150,7 +155,7 @@ def roots_of_islands(count: int, edges: list) -> np.ndarray:
 
 READERS = {"uv": uv_map, "named": named, "generated": generated, "color": color, "tangent": tangent, "island": island,
            "pointiness": pointiness, "place": place, "normal": vertex_normal, "box_low": box_low,
-           "box_sizes": box_sizes}
+           "box_sizes": box_sizes, "strand": strand}
 
 
 def join_attributes(keys: list[tuple[str, str]], meshes: list[dict]) -> dict[str, np.ndarray]:

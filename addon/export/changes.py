@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from .mesh import MeshArrays, export_attributes, export_mesh, join_meshes
+from .strands import Refined, read_curves, read_hair, refine, strand_attributes
 
 VERTEX_NORMALS = "normal", ""  # key of an attribute
 WITHOUT_MESHES = {"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER"}
@@ -37,9 +38,10 @@ class Meshes:
         self.flat: list[bool] = before.flat if before else []
         self.flat_normals: dict[int, np.ndarray] = before.flat_normals if before else {}
         self.attributes: list[dict] = before.attributes if before else []
-        self.lasting = True  # whether `updates` tells of all that they depend on
+        self.lasting = True  # whether `updates` tells of all that they depend on, which of strands is not known
         self._number_of: dict[tuple, int | None] = {}  # by the evaluated data, in the order in which they are met
         self._read: list[MeshArrays] = []
+        self._strands: dict[int, Refined] = {}
         self._arrays = before._arrays if before else None
 
     def number_of(self, ob, attributes=(), displaced=()) -> int | None:
@@ -61,9 +63,27 @@ class Meshes:
                 self.flat_normals[number] = export_attributes(ob, [VERTEX_NORMALS])[VERTEX_NORMALS].values
         return number
 
+    def number_of_strands(self, ob, modifier, depsgraph, attributes=()) -> int | None:
+        """Likewise of the hair that a particle modifier makes; without one, of a Curves object."""
+        key = (ob.original if modifier else ob.data).as_pointer(), modifier and modifier.name, ()
+        if key not in self._number_of:
+            self.lasting = False
+            strands = read_hair(ob, modifier, depsgraph) if modifier else read_curves(ob)
+            refined = refine(strands) if strands else None
+            self._number_of[key] = self.add(refined and refined.arrays)
+            if refined:
+                self._strands[self._number_of[key]] = refined
+        number = self._number_of[key]
+        if number is not None:
+            missing = [each for each in attributes if each not in self.attributes[number]]
+            self.attributes[number] |= strand_attributes(ob, modifier, self._strands[number], missing)
+        return number
+
     def read(self, ob) -> int | None:
         self.lasting &= ob.type == "MESH" and not ob.data.is_editmode
-        arrays = export_mesh(ob)
+        return self.add(export_mesh(ob))
+
+    def add(self, arrays: MeshArrays | None) -> int | None:
         if arrays is None:
             return None
         self.names.append(arrays.name)

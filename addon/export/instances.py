@@ -20,8 +20,9 @@ from .light import Lamp, export_light
 from .light_groups import LightGroups
 from .light_linking import LightLinking
 from .lookups import Lookups
-from .material import held_out_program, material_program
+from .material import held_out_program, material_program, strand_program
 from .mattes import NO_MATERIAL, Mattes
+from .strands import hair_material, hair_systems
 from .visibility import Appearance, appearances, is_catcher, visibility_of
 from .volume import material_volume
 
@@ -29,7 +30,6 @@ LINK = 7  # where the number in `linking` stands in the tuples of instances and 
 # Curves, surfaces and text come a second time, as instances of the meshes that they evaluate to.
 WITH_MESH = {"MESH", "META"}
 LEFT_OUT = {
-    "CURVES": "hair curves are not supported: left out",
     "POINTCLOUD": "point clouds are not supported: left out",
     "VOLUME": "volume objects are not supported: left out",
     "GPENCIL": "grease pencil is not supported: left out",
@@ -83,6 +83,8 @@ class Gatherer:
         for number, instance in enumerate(instances):
             ob = instance.object
             key = look_key(instance, ob)
+            if instance.show_particles:
+                self.add_hair(number, instance, ob, (*key, "hair"))
             if key in self._looks:
                 if instance.show_self:
                     self.instances += [(number, *look) for look in self._looks[key]]
@@ -94,6 +96,9 @@ class Gatherer:
                 self.add_lamp(number, instance, ob)
             elif ob.type in WITH_MESH:
                 self.add_object(number, instance, ob, key)
+            elif ob.type == "CURVES":
+                self._looks[key] = self.strand_looks(instance, ob, None, 0)
+                self.instances += [(number, *look) for look in self._looks[key]]
             elif ob.type in LEFT_OUT:
                 self.notes.add("object", ob.name, LEFT_OUT[ob.type])
 
@@ -143,6 +148,29 @@ class Gatherer:
                              terminator) for part in parts]
         self.instances += [(number, *look) for look in self._looks[key]]
 
+    def add_hair(self, number: int, instance, ob, key: tuple) -> None:
+        """What particle systems grow on an object."""
+        if key not in self._looks:
+            self._looks[key] = [look for modifier in hair_systems(ob, self.depsgraph) for look in self.strand_looks(
+                instance, ob, modifier, hair_material(modifier, self.slot_count(ob)))]
+        self.instances += [(number, *look) for look in self._looks[key]]
+
+    def strand_looks(self, instance, ob, modifier, slot: int) -> list[tuple]:
+        """Of the hair that a particle modifier makes, or of a Curves object."""
+        parts = appearances(instance, ob, self.depsgraph.view_layer)
+        if not parts:
+            return []
+        self.mattes.meet(ob)
+        materials = {part: self.material_of(self.slot_of(ob, slot), part.held_out, strands=True) for part in parts}
+        wanted = {number for material in materials.values() for number in self.programs[material].attributes}
+        wanted |= {self.uv} if self.uv is not None else set()
+        keys = [key for key, number in self.lookups.attributes.items() if number in wanted]
+        mesh = self.meshes.number_of_strands(ob, modifier, self.depsgraph, keys)
+        if mesh is None:
+            return []
+        return [(mesh, self.first_slot((material,)), part.visibility, ob.name, ob.pass_index, self.light_groups.of(ob),
+                 self.linking.of(instance, ob), 0.0) for part, material in materials.items()]
+
     def add_sphere(self, matrix: np.ndarray, ob, parts: list[Appearance], shared: tuple) -> None:
         """An analytic sphere around the centre of the bounding box, half the longest world side in radius."""
         box = np.array([corner[:] for corner in ob.bound_box], dtype=np.float64)
@@ -159,30 +187,39 @@ class Gatherer:
         """First entry in slot_materials of an object's slots; equal lists are kept once."""
         slots = self.slot_list(ob, held_out)
         # Faces with a higher slot than the object has take the last one, as in Cycles.
-        slots = tuple(slots[: max(needed, 1)]) + (slots[-1],) * (needed - len(slots))
+        return self.first_slot(tuple(slots[: max(needed, 1)]) + (slots[-1],) * (needed - len(slots)))
+
+    def first_slot(self, slots: tuple[int, ...]) -> int:
         if slots not in self._slots_of:
             self._slots_of[slots] = len(self.slots)
             self.slots += slots
         return self._slots_of[slots]
 
     def slot_list(self, ob, held_out: bool = False) -> list[int]:
-        materials = [slot.material for slot in ob.material_slots] or [None]
-        if self.override is not None:
-            materials = [self.override]
-        return [self.material_of(material, held_out) for material in materials]
+        return [self.material_of(self.slot_of(ob, slot), held_out) for slot in range(self.slot_count(ob))]
 
-    def material_of(self, material, held_out: bool = False) -> int:
-        key = None if material is None else material.original.as_pointer(), held_out
+    def slot_count(self, ob) -> int:
+        return 1 if self.override is not None else max(len(ob.material_slots), 1)
+
+    def slot_of(self, ob, slot: int):
+        """The material of a slot; None where there is none."""
+        if self.override is not None:
+            return self.override
+        return ob.material_slots[slot].material if ob.material_slots else None
+
+    def material_of(self, material, held_out: bool = False, strands: bool = False) -> int:
+        """The number of a bpy Material; on strands it has neither what fills a surface nor what wanders below."""
+        key = None if material is None else material.original.as_pointer(), held_out, strands
         if key not in self._material_of:
-            make = held_out_program if held_out else material_program
+            make = held_out_program if held_out else strand_program if strands else material_program
             self._material_of[key] = len(self.programs)
             program, displacement = make(material, self.notes, self.lookups, self.aovs)
-            if displacement:
+            if displacement and not strands:
                 self.displacements[len(self.programs)] = displacement
             self.programs.append(program)
             self.material_names.append(NO_MATERIAL if material is None else material.name)
             self.material_indices.append(0 if material is None else material.pass_index)
-            volume = material_volume(material, self.notes, self.lookups)
+            volume = None if strands else material_volume(material, self.notes, self.lookups)
             if volume:
                 self.volume_of[self._material_of[key]] = self.add_program(volume, material.name)
         return self._material_of[key]
@@ -224,10 +261,6 @@ class Gatherer:
         if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS"
                for m in ob.modifiers):
             self.notes.add("object", ob.name, "grids of smoke are not supported: its volume is as dense everywhere")
-        if instance.show_particles:
-            for system in ob.particle_systems:
-                if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                    self.notes.add("object", ob.name, f"hair of {system.name} is not supported: left out")
 
 
 def look_key(instance, ob) -> tuple:

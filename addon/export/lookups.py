@@ -10,7 +10,7 @@ from .images import MISSING, Picture
 IMAGE_SRGB, IMAGE_DIVIDE_ALPHA = 1, 2  # of kernels/scene_records.h
 # Of the keys (kind, name) by which attributes are asked for.
 ATTRIBUTE_KINDS = ("uv", "named", "generated", "color", "tangent", "island", "pointiness", "place", "box_low",
-                   "box_sizes")
+                   "box_sizes", "strand")
 
 
 class Lookups:
@@ -35,7 +35,8 @@ class Lookups:
 
     def attribute(self, kind: str, name: str = "") -> int:
         """The number of an attribute: kind "uv" with a map's name ("": the active one), "tangent" with that of the map
-        along which it runs, "color" likewise, "named" with an attribute's, or another of ATTRIBUTE_KINDS."""
+        along which it runs, "color" likewise, "named" with an attribute's, "strand" with what strands.py calls it, or
+        another of ATTRIBUTE_KINDS."""
         assert kind in ATTRIBUTE_KINDS
         return self.attributes.setdefault((kind, name), len(self.attributes))
 

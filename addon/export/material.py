@@ -7,6 +7,8 @@ whose weight is zero are dropped; a shader that is not supported names itself in
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from isophote.material_program import Displacement, MaterialProgram, make_displacement, make_material
@@ -51,6 +53,17 @@ def held_out_program(material, notes, lookups: Lookups,
                      aovs: tuple[str, ...] = ()) -> tuple[MaterialProgram, Displacement | None]:
     """The same as a hole: all that is not transparent of it is a holdout."""
     return program_of(material, notes, lookups, aovs, held_out)
+
+
+def strand_program(material, notes, lookups: Lookups,
+                   aovs: tuple[str, ...] = ()) -> tuple[MaterialProgram, Displacement | None]:
+    """The same on strands, below whose surface no light wanders."""
+    return program_of(material, notes, lookups, aovs, on_strands)
+
+
+def on_strands(closures: list[Closure]) -> list[Closure]:
+    return [replace(each, operation="diffuse", params={}) if each.operation == "subsurface" else each
+            for each in closures]
 
 
 def held_out(closures: list[Closure]) -> list[Closure]:

@@ -18,13 +18,15 @@ from .attributes import Attribute, read_attribute
 
 @dataclass
 class MeshArrays:
-    """One mesh, object space. `normals` is None for flat meshes, `slots` where all are 0."""
+    """One mesh, object space. `normals` is None for flat meshes, `slots` where all are 0. `radii` make it strands: its
+    triangles are segments (isophote/scene.py, FIELDS)."""
 
     name: str
     vertices: np.ndarray  # f4 [V, 3]
     triangles: np.ndarray  # u4 [T, 3]
     slots: np.ndarray | None  # u2 [T]
     normals: np.ndarray | None  # f4 [V, 3]
+    radii: np.ndarray | None = None  # f4 [V]
 
 
 def export_mesh(ob) -> MeshArrays | None:
@@ -108,6 +110,11 @@ def join_meshes(meshes: list[MeshArrays]) -> dict[str, np.ndarray]:
         "mesh_triangles": np.cumsum([0] + [len(m.triangles) for m in meshes]).astype(np.uint32),
         "mesh_normals": np.where(smooth, first_normal[:-1], -1).astype(np.int32),
     }
+    radii = [m.radii for m in meshes if m.radii is not None]
+    if radii:
+        counts = np.array([0 if m.radii is None else len(m.radii) for m in meshes])
+        arrays["mesh_radii"] = np.where(counts > 0, 1 + np.cumsum(counts) - counts, 0).astype(np.int32)
+        arrays["radii"] = joined(radii)
     if any(smooth):
         arrays["normals"] = joined([m.normals for m in meshes if m.normals is not None])
     if any(m.slots is not None for m in meshes):

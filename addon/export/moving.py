@@ -21,6 +21,7 @@ from .notes import Notes
 
 MOVED = 1e-6  # relative change of a matrix from which on an object counts as moving
 OTHER_VERTICES = "its mesh has other vertices while the shutter is open: it stays"
+STILL_STRANDS = "strands are not looked at while the shutter is open: they follow their object"
 SAME_DISPLACEMENT = "its mesh deforms while the shutter is open, its displacement is that of the middle of that time"
 
 
@@ -42,7 +43,7 @@ def identity(instance) -> tuple:
 def walk(depsgraph):
     """(number, identity, instance) of everything that is shown."""
     for number, instance in enumerate(depsgraph.object_instances):
-        if instance.show_self:
+        if instance.show_self or instance.show_particles:
             yield number, identity(instance), instance
 
 
@@ -111,7 +112,9 @@ class Moving:
                 continue
             self.steps[row] = steps
             mesh = int(self.scene.instance_mesh[row])
-            if steps and mesh not in self.mesh_steps and (self.all_move or deforms(ob, parent)):
+            if self.scene.mesh_radii[mesh]:
+                self.notes.add("object", ob.name, STILL_STRANDS)
+            elif steps and mesh not in self.mesh_steps and (self.all_move or deforms(ob, parent)):
                 self.users[key], self.mesh_steps[mesh] = mesh, steps
                 self.middle[mesh] = read_shape(ob).hashed()
 

@@ -70,8 +70,8 @@ class StudyDevice(OpenCLDevice):
         lacking = sum(n[f"FEATURE_{name}"] for name in LACKING)
         if self.variant.schedule != "shipping" and prepared.features & lacking:
             raise ValueError(f"{self.variant.schedule}: it knows nothing of {', '.join(LACKING).lower()}")
-        if self.variant.traversal != "shipping" and prepared.features & n["FEATURE_MOTION"]:
-            raise ValueError(f"{self.variant.traversal}: it knows nothing that moves")
+        if self.variant.traversal != "shipping" and prepared.features & (n["FEATURE_MOTION"] | n["FEATURE_STRANDS"]):
+            raise ValueError(f"{self.variant.traversal}: it knows nothing of what moves, nor of strands")
         prepared = adapt(prepared, self.variant)
         self.copy_scene(prepared)
         self.wavefront, self.features = None, prepared.features

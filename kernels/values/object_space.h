@@ -55,13 +55,7 @@ FN real3 normal_out_of_object(Scene s, Point at, real3 n) {
 FN real3 stored_normal(Scene s, Point at, uint vertex) {
   GLOBAL const Instance *instance = instance_of(s, at);
   int smooth = (at.instance != SPHERE_INSTANCE) & ((instance->visibility & INSTANCE_SMOOTH) != 0u);
-#if SCENE_FEATURES & FEATURE_DEFORMATION
-  if (smooth && in_deformation(s, at.instance, at.in_time)) {
-    Motion m = s.motions[at.instance];
-    return shape_at(s, m, m.first_normal, vertex, at.time);
-  }
-#endif
-  return load3(s.normals[smooth ? instance->first_normal + vertex : 0u]);
+  return normal_at(s, at.instance, smooth ? instance->first_normal : 0u, smooth ? vertex : 0u, at.time, smooth ? at.in_time : 0u);
 }
 
 #endif

@@ -171,6 +171,12 @@ def test_cancel_keeps_the_picture(host):
     assert "stopped by cancelled" in log
 
 
+def test_without_its_native_module_it_says_so(host):
+    found, log = host.scenario("no_native")
+    assert found["registered"] and log.count("the native module of Isophote") >= 2, log
+    assert "Install the zip" in found["failed"] + log
+
+
 def test_render_without_camera_fails_visibly(host):
     found, log = host.scenario("no_camera")
     assert "no camera" in found["failed"] + log

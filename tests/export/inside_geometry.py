@@ -299,7 +299,7 @@ def test_left_out_objects_are_named():
         count.keyframe_insert("count", frame=frame)
     bpy.context.scene.cycles.rolling_shutter_type = "TOP"
     scene = export()
-    for name, word in (("smoke", "volume"), ("hairy", "hair"), ("ball", "sphere"), ("growing", "other vertices"),
+    for name, word in (("smoke", "volume"), ("ball", "sphere"), ("growing", "other vertices"),
                        ("Scene", "rolling shutter")):
         assert any(word in what for what in notes_of(scene, name)), (name, scene.notes)
 

@@ -191,6 +191,7 @@ def test_every_input_counts():
     def with_slots():
         scene = some_scene()
         scene.arrays["triangle_slots"] = np.zeros(len(scene.triangles), np.uint16)
+        scene.arrays["radii"] = np.zeros(1, np.float32)
         count = int(scene.mesh_vertices[1])
         scene.arrays["instance_keys"][0] = scene.arrays["mesh_keys"][0] = 2
         scene.arrays |= {"key_to_world": np.stack([scene.instance_to_world[0]] * 2),

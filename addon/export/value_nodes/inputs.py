@@ -8,7 +8,7 @@ import numpy as np
 from isophote.records import numbers
 from isophote.values import Number, call1, square_root
 
-from ..values import default_value, grey, mean, outputs, source, triple
+from ..values import default_value, dot, grey, mean, outputs, source, triple
 from .normals import default_tangent
 
 
@@ -17,7 +17,7 @@ def constant(values, node, socket, stack):
 
 
 def zero(values, node, socket, stack):
-    """Of curves, points and volumes, which surfaces of meshes are not."""
+    """Of points and volumes, which surfaces of meshes and strands are not."""
     return grey(0.0) if socket.type in ("VECTOR", "RGBA") else 0.0
 
 
@@ -190,6 +190,29 @@ def particle_info(values, node, socket, stack):
     return triple(*found) if socket.type == "VECTOR" else found[0]
 
 
+def hair_info(values, node, socket, stack):
+    """All is 0 on what is no strand."""
+    if values.lookups is None:
+        return zero(values, node, socket, stack)
+    if socket.name == "Tangent Normal":
+        return tangent_normal(values)
+    name = {"Is Strand": "is_strand"}.get(socket.name, socket.name.lower())
+    return call1("attribute", data=values.lookups.attribute("strand", name))
+
+
+def strand_tangent(values):
+    """Unit, along the strand in the world; 0 elsewhere."""
+    along = outputs("attribute", data=values.lookups.attribute("strand", "tangent"))[:3]
+    return source("normalize", *source("to_world_vector", *along))
+
+
+def tangent_normal(values):
+    """What of the way to the viewer is across the strand, unit: Cycles' curve_tangent_normal."""
+    tangent, incoming = strand_tangent(values), source("incoming")
+    across = source("normalize", *(incoming - tangent * dot(tangent, incoming)))
+    return across * call1("attribute", data=values.lookups.attribute("strand", "is_strand"))
+
+
 # ------------------------------------------------------------------ the ray
 
 
@@ -226,7 +249,7 @@ NODES = {
     "ShaderNodeObjectInfo": object_info,
     "ShaderNodeParticleInfo": particle_info,
     "ShaderNodeLightPath": light_path,
-    "ShaderNodeHairInfo": zero,
+    "ShaderNodeHairInfo": hair_info,
     "ShaderNodePointInfo": zero,
     "ShaderNodeVolumeInfo": zero,
 }

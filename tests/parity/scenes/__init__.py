@@ -14,6 +14,7 @@ from tests.parity.scenes.moving import between_frames, moving
 from tests.parity.scenes.pictures import pictures
 from tests.parity.scenes.shown import NAMED, shown
 from tests.parity.scenes.skies import under_skies
+from tests.parity.scenes.strands import strands
 from tests.parity.scenes.volumes import clouds, volumes
 from tests.scenes import (
     CAMERA,
@@ -269,7 +270,7 @@ def skins() -> Scene:
 
 SCENES = {scene.__name__: scene for scene in (
     cornell_like, spheres, instances, lamps, shaped_lamps, closures, rare_closures, conversions, inputs, pictures,
-    shown, under_skies, moving_panorama, skins, linked, moving, between_frames, caught, volumes, clouds)}
+    shown, under_skies, moving_panorama, skins, linked, moving, between_frames, caught, volumes, clouds, strands)}
 # Settings of each beside the defaults: short paths for one, clamping and a transparent film for others.
 SETTINGS = {
     "cornell_like": {},
@@ -291,5 +292,6 @@ SETTINGS = {
     "pictures": dict(max_bounces=6, clamp_direct=20.0, clamp_indirect=10.0),
     "under_skies": dict(max_bounces=4),
     "clouds": dict(volume_bounces=2, max_bounces=4),
+    "strands": dict(max_bounces=5),
     "volumes": dict(volume_bounces=3, film_transparent=True, clamp_indirect=4.0),
 }

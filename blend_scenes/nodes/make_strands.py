@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes a scene with hair.
+
+    python blend_scenes/nodes/make_strands.py -- OUT.blend KIND        (or blender -b --python ...)
+
+KIND: one of KINDS.
+"""
+
+import math
+import sys
+
+import bpy
+
+
+def empty_scene():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    render, cycles = scene.render, scene.cycles
+    render.engine = "CYCLES"
+    render.resolution_x, render.resolution_y, render.resolution_percentage = 96, 72, 100
+    cycles.use_denoising = cycles.use_adaptive_sampling = False
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.5, 0.6, 0.8, 1.0)
+    scene.camera = add("camera", bpy.data.cameras.new("camera"), (0.0, -6.0, 2.6))
+    scene.camera.rotation_euler = (math.radians(71.0), 0.0, 0.0)
+    lamp = add("lamp", bpy.data.lights.new("lamp", "AREA"), (2.5, -3.0, 4.0))
+    lamp.data.energy, lamp.data.size = 300.0, 1.5
+    lamp.rotation_euler = (math.radians(42.0), 0.0, math.radians(40.0))
+    add("floor", plane(6.0), material=coloured("floor", (0.6, 0.6, 0.6)))
+    return scene
+
+
+def add(name, data, location=(0.0, 0.0, 0.0), material=None):
+    ob = bpy.data.objects.new(name, data)
+    ob.location = location
+    bpy.context.scene.collection.objects.link(ob)
+    if material:
+        data.materials.append(material)
+    return ob
+
+
+def plane(half, parts=1):
+    """With a UV map."""
+    n = parts + 1
+    points = [(half * (2 * i / parts - 1), half * (2 * j / parts - 1), 0) for j in range(n) for i in range(n)]
+    faces = [(j * n + i, j * n + i + 1, (j + 1) * n + i + 1, (j + 1) * n + i) for j in range(parts)
+             for i in range(parts)]
+    mesh = bpy.data.meshes.new("plane")
+    mesh.from_pydata(points, [], faces)
+    layer = mesh.uv_layers.new(name="UVMap")
+    for loop in mesh.loops:
+        x, y, _ = points[loop.vertex_index]
+        layer.data[loop.index].uv = (0.5 + 0.5 * x / half, 0.5 + 0.5 * y / half)
+    return mesh
+
+
+def ball(radius=0.7, rings=12):
+    points = [(0, 0, radius), (0, 0, -radius)]
+    for r in range(1, rings):
+        for s in range(2 * rings):
+            theta, phi = math.pi * r / rings, math.pi * s / rings
+            points.append((radius * math.sin(theta) * math.cos(phi), radius * math.sin(theta) * math.sin(phi),
+                           radius * math.cos(theta)))
+    n, faces = 2 * rings, []
+    for s in range(n):
+        t, last = (s + 1) % n, 2 + (rings - 2) * n
+        faces += [(0, 2 + s, 2 + t), (1, last + t, last + s)]
+        faces += [(2 + r * n + s, 2 + (r + 1) * n + s, 2 + (r + 1) * n + t, 2 + r * n + t) for r in range(rings - 2)]
+    mesh = bpy.data.meshes.new("ball")
+    mesh.from_pydata(points, [], faces)
+    mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
+    return mesh
+
+
+def material_of(name):
+    """(material, its nodes, what feeds the surface) of a new one."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    return material, tree, output.inputs["Surface"]
+
+
+def coloured(name, colour, shader="ShaderNodeBsdfDiffuse", **inputs):
+    material, tree, surface = material_of(name)
+    node = tree.nodes.new(shader)
+    node.inputs[0].default_value = (*colour, 1.0)
+    for key, value in inputs.items():
+        node.inputs[key].default_value = value
+    tree.links.new(node.outputs[0], surface)
+    return material
+
+
+def by_output(name, *links):
+    """Emits what outputs of nodes show, as red, green and blue: (node's type, output, factor)."""
+    material, tree, surface = material_of(name)
+    emission = tree.nodes.new("ShaderNodeEmission")
+    join = tree.nodes.new("ShaderNodeCombineXYZ")
+    for socket, (kind, output, factor) in zip(join.inputs, links, strict=True):
+        node, times = tree.nodes.new(kind), tree.nodes.new("ShaderNodeMath")
+        times.operation = "MULTIPLY"
+        tree.links.new(node.outputs[output], times.inputs[0])
+        times.inputs[1].default_value = factor
+        tree.links.new(times.outputs[0], socket)
+    tree.links.new(join.outputs[0], emission.inputs["Color"])
+    tree.links.new(emission.outputs[0], surface)
+    return material
+
+
+def vector_shown(name, kind, output):
+    material, tree, surface = material_of(name)
+    emission, node = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new(kind)
+    half = tree.nodes.new("ShaderNodeVectorMath")
+    half.operation = "MULTIPLY_ADD"
+    half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
+    tree.links.new(node.outputs[output], half.inputs[0])
+    tree.links.new(half.outputs[0], emission.inputs["Color"])
+    tree.links.new(emission.outputs[0], surface)
+    return material
+
+
+def grow(ob, count, length, radius, slot=1, **others):
+    """A particle system's hair; `others` are settings of it."""
+    system = ob.modifiers.new("hair", "PARTICLE_SYSTEM").particle_system
+    settings = system.settings
+    settings.type, settings.count, settings.hair_length, settings.hair_step = "HAIR", count, length, 4
+    settings.root_radius, settings.tip_radius, settings.radius_scale = 1.0, 0.0, 2.0 * radius
+    settings.render_step, settings.material, settings.use_advanced_hair = 3, slot, True
+    for name, value in others.items():
+        setattr(settings, name, value)
+    return system
+
+
+def fur(scene):
+    """Parents on a ball; on a plane bent ones, with another taper, in a colour from the UV map."""
+    one = add("ball", ball(), (-1.2, 0.0, 0.75), coloured("skin", (0.3, 0.2, 0.15)))
+    one.data.materials.append(coloured("fur", (0.7, 0.45, 0.2)))
+    grow(one, 400, 0.5, 0.02, slot=2, brownian_factor=0.05)  # Cycles loses some 3D curves that are straight
+    other = add("patch", plane(0.9, 3), (1.3, 0.0, 0.02), coloured("earth", (0.25, 0.2, 0.15)))
+    material, tree, surface = material_of("grass")
+    shader, place = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeUVMap")
+    tree.links.new(place.outputs[0], shader.inputs["Color"])
+    tree.links.new(shader.outputs[0], surface)
+    other.data.materials.append(material)
+    grow(other, 300, 0.8, 0.025, slot=2, shape=0.5, tip_radius=0.3, brownian_factor=0.08, use_close_tip=True)
+
+
+def children(scene):
+    """Interpolated children that curl; simple ones without the emitter; an instance that is squeezed and mirrored."""
+    one = add("ball", ball(), (-1.2, 0.0, 0.75), coloured("skin", (0.5, 0.3, 0.2)))
+    grow(one, 40, 0.5, 0.012, child_type="INTERPOLATED", rendered_child_count=12, kink="CURL", kink_amplitude=0.05,
+         kink_frequency=3.0)
+    other = add("patch", plane(0.5, 2), (0.6, 0.4, 0.02), coloured("hair", (0.2, 0.3, 0.6)))
+    grow(other, 30, 0.9, 0.012, child_type="SIMPLE", rendered_child_count=10, roughness_1=0.05, child_radius=0.2)
+    other.show_instancer_for_render = False
+    twin = add("twin", other.data, (2.2, 0.0, 0.02))
+    twin.modifiers.new("hair", "PARTICLE_SYSTEM").particle_system.settings = other.particle_systems[0].settings
+    twin.scale = (-1.0, 0.7, 1.3)
+
+
+def info(scene):
+    """What Hair Info says."""
+    kinds = [by_output("numbers", *((("ShaderNodeHairInfo", name, factor)) for name, factor in (
+        ("Is Strand", 0.5), ("Intercept", 1.0), ("Length", 1.0)))),
+        by_output("more", *((("ShaderNodeHairInfo", name, factor)) for name, factor in (
+            ("Thickness", 20.0), ("Random", 1.0), ("Thickness", 0.0)))),
+        vector_shown("tangents", "ShaderNodeHairInfo", "Tangent Normal"),
+        vector_shown("normals", "ShaderNodeNewGeometry", "Normal")]
+    for k, material in enumerate(kinds):
+        ob = add(material.name, plane(0.45), (-1.8 + 1.2 * k, 0.0, 0.02), material)
+        grow(ob, 30, 0.7 + 0.2 * k, 0.03, brownian_factor=0.1)
+
+
+def curves(scene):
+    """A Curves object with radii of its points, a colour of its curves, one of its points."""
+    data = bpy.data.hair_curves.new("curves")
+    sizes = [4, 2, 7, 5, 3, 6]
+    data.add_curves(sizes)
+    points, radii = [], []
+    for k, size in enumerate(sizes):
+        for j in range(size):
+            t = j / (size - 1)
+            points += [-1.5 + 0.6 * k + 0.3 * math.sin(3 * t + k), 0.2 * math.cos(2 * t * k), 0.1 + 1.6 * t]
+            radii.append(0.08 * (1.0 - 0.7 * t) + 0.02 * (j % 2))
+    data.points.foreach_set("position", points)
+    data.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", radii)
+    tint = data.attributes.new("tint", "FLOAT_COLOR", "CURVE")
+    tint.data.foreach_set("color", [c for k in range(len(sizes)) for c in (0.2 + 0.1 * k, 0.8 - 0.1 * k, 0.4, 1.0)])
+    along = data.attributes.new("along", "FLOAT", "POINT")
+    along.data.foreach_set("value", [(k % 3) / 3.0 for k in range(len(radii))])
+    material, tree, surface = material_of("tinted")
+    shader, glow, sum_ = (tree.nodes.new(kind) for kind in (
+        "ShaderNodeBsdfDiffuse", "ShaderNodeEmission", "ShaderNodeAddShader"))
+    for name, output, socket in (("tint", "Color", shader.inputs["Color"]), ("along", "Fac", glow.inputs["Strength"])):
+        node = tree.nodes.new("ShaderNodeAttribute")
+        node.attribute_name = name
+        tree.links.new(node.outputs[output], socket)
+    for k, node in enumerate((shader, glow)):
+        tree.links.new(node.outputs[0], sum_.inputs[k])
+    tree.links.new(sum_.outputs[0], surface)
+    add("curves", data, material=material)
+
+
+def shaders(scene):
+    """Closures on strands."""
+    kinds = [coloured("clear", (0.5, 0.6, 0.9), "ShaderNodeBsdfTransparent"),
+             coloured("shiny", (0.8, 0.7, 0.5), "ShaderNodeBsdfGlossy", Roughness=0.3),
+             coloured("thin", (0.3, 0.7, 0.3), "ShaderNodeBsdfTranslucent"),
+             coloured("plain", (0.6, 0.3, 0.2), "ShaderNodeBsdfPrincipled")]
+    for k, material in enumerate(kinds):
+        ob = add(material.name, plane(0.5), (-1.8 + 1.2 * k, 0.0, 0.02), material)
+        ob.show_instancer_for_render = False
+        grow(ob, 60, 0.9, 0.03, brownian_factor=0.1)
+
+
+KINDS = {"fur": fur, "children": children, "info": info, "curves": curves, "shaders": shaders}
+RIBBONS = ("children", "shaders")  # as Cycles draws hair unless it is asked for 3D curves
+
+if __name__ == "__main__":
+    path, kind = sys.argv[sys.argv.index("--") + 1:][:2]
+    made = empty_scene()
+    made.cycles_curves.shape = "RIBBONS" if kind in RIBBONS else "THICK"
+    KINDS[kind](made)
+    bpy.ops.wm.save_as_mainfile(filepath=path)
