@@ -41,6 +41,7 @@ SCENES = {
     "volumes": ("make_volumes.py", ("{}/volumes.blend",), MANY),
     **{kind: ("make_volume_scenes.py", ("--", f"{{}}/{kind}.blend", kind), MANY)
        for kind in ("fog", "inside", "glow")},
+    **{kind: ("make_strands.py", ("--", f"{{}}/{kind}.blend", kind), MANY) for kind in ("fur", "children", "curves")},
     "skies": ("make_skies.py", ("--", "{}"), FEW),
     **{f"under_{sky}": ("make_skies.py", ("--", "{}"), MANY) for sky in ("sun", "hosek_wilkie")},
     **{lamp: ("make_lamps.py", ("--", f"{{}}/{lamp}.blend", lamp), MANY)

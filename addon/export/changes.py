@@ -66,6 +66,8 @@ class Meshes:
     def number_of_strands(self, ob, modifier, depsgraph, attributes=()) -> int | None:
         """Likewise of the hair that a particle modifier makes; without one, of a Curves object."""
         key = (ob.original if modifier else ob.data).as_pointer(), modifier and modifier.name, ()
+        if self._expected is not None:
+            raise OthersMet
         if key not in self._number_of:
             self.lasting = False
             strands = read_hair(ob, modifier, depsgraph) if modifier else read_curves(ob)

@@ -83,24 +83,27 @@ class Gatherer:
         for number, instance in enumerate(instances):
             ob = instance.object
             key = look_key(instance, ob)
-            if instance.show_particles:
+            self.add_instance(number, instance, ob, key)
+            if instance.show_particles:  # behind its emitter, which motion follows
                 self.add_hair(number, instance, ob, (*key, "hair"))
-            if key in self._looks:
-                if instance.show_self:
-                    self.instances += [(number, *look) for look in self._looks[key]]
-                continue
-            self.note_extras(instance, ob)
-            if not instance.show_self:
-                continue
-            if ob.type == "LIGHT":
-                self.add_lamp(number, instance, ob)
-            elif ob.type in WITH_MESH:
-                self.add_object(number, instance, ob, key)
-            elif ob.type == "CURVES":
-                self._looks[key] = self.strand_looks(instance, ob, None, 0)
+
+    def add_instance(self, number: int, instance, ob, key: tuple) -> None:
+        if key in self._looks:
+            if instance.show_self:
                 self.instances += [(number, *look) for look in self._looks[key]]
-            elif ob.type in LEFT_OUT:
-                self.notes.add("object", ob.name, LEFT_OUT[ob.type])
+            return
+        self.note_extras(instance, ob)
+        if not instance.show_self:
+            return
+        if ob.type == "LIGHT":
+            self.add_lamp(number, instance, ob)
+        elif ob.type in WITH_MESH:
+            self.add_object(number, instance, ob, key)
+        elif ob.type == "CURVES":
+            self._looks[key] = self.strand_looks(instance, ob, None, 0)
+            self.instances += [(number, *look) for look in self._looks[key]]
+        elif ob.type in LEFT_OUT:
+            self.notes.add("object", ob.name, LEFT_OUT[ob.type])
 
     def instance_values(self) -> dict[str, np.ndarray]:
         """The scene's array of what materials ask of instances; the dependency graph is walked once more for it."""

@@ -112,11 +112,14 @@ class Moving:
                 continue
             self.steps[row] = steps
             mesh = int(self.scene.instance_mesh[row])
-            if self.scene.mesh_radii[mesh]:
-                self.notes.add("object", ob.name, STILL_STRANDS)
-            elif steps and mesh not in self.mesh_steps and (self.all_move or deforms(ob, parent)):
+            is_mesh = not self.scene.mesh_radii[mesh]
+            if is_mesh and steps and mesh not in self.mesh_steps and (self.all_move or deforms(ob, parent)):
                 self.users[key], self.mesh_steps[mesh] = mesh, steps
                 self.middle[mesh] = read_shape(ob).hashed()
+
+        for row in np.flatnonzero(self.scene.mesh_radii[self.scene.instance_mesh]):
+            if self.steps[self.first_rows[row]]:
+                self.notes.add("object", self.scene.name_of("instances", row), STILL_STRANDS)
 
     def times(self) -> set[float]:
         return {part for steps in set(self.steps) if steps for part in parts_of(steps)}

@@ -171,8 +171,10 @@ def refine(strands: Strands) -> Refined:
 
 def parts_of(a, b, c, d) -> int:
     """Segments of each curve, so that none lies off it by more than BENT of its radius: by its middle, and a segment
-    among n of them by n^2 less."""
-    off = np.linalg.norm((b + c - a - d)[:, :3], axis=1) / 16.0
+    among n of them by n^2 less. How fast the curve goes along its chord does not count."""
+    off, chord = (b + c - a - d)[:, :3] / 16.0, (c - b)[:, :3]
+    square = np.maximum((chord ** 2).sum(axis=1), 1e-60)
+    off = np.linalg.norm(off - chord * ((off * chord).sum(axis=1) / square)[:, None], axis=1)
     width = np.maximum(0.5 * (b + c)[:, 3], 1e-30)
     return int(np.clip(np.ceil(np.sqrt((off / (BENT * width)).max(initial=0.0))), 1, MOST_PARTS))
 

@@ -285,8 +285,6 @@ def in_collection(ob):
 
 def test_left_out_objects_are_named():
     add("smoke", bpy.data.volumes.new("smoke"))
-    emitter = add("hairy", square())
-    emitter.modifiers.new("p", "PARTICLE_SYSTEM").particle_system.settings.type = "HAIR"
     bpy.context.scene.render.use_motion_blur = True
     ball = add("ball", cube())
     ball["isophote_as_sphere"] = True
