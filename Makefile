@@ -54,8 +54,8 @@ demo: setup  ## render blend_scenes/cornell_box.blend and say where the picture 
 	@$(BIN)/python tools/demo.py
 
 test: setup bpy50 lint  ## everything that must pass
-	@$(BIN)/python -m pytest -n auto --dist loadfile -m "not timed" $(TESTS)
-	@$(BIN)/python -m pytest -m timed $(TESTS) || [ $$? = 5 ]  # 5: none among TESTS
+	@$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m "not timed" $(TESTS) || [ $$? = 5 ]  # 5: none among TESTS
+	@$(BIN)/python -m pytest -m timed $(TESTS) || [ $$? = 5 ]
 
 lint: $(STAMPS)/venv  ## style of the Python files
 	@$(BIN)/ruff check .

@@ -181,7 +181,8 @@ def make_geometry(scene: Scene, kept: Geometry | None = None) -> Geometry:
     meshes = _native.Meshes(buffers["vertices"], scene.triangles, scene.mesh_triangles, uses.view(np.uint8))
     used = mesh_users(scene) > 0
     contents = [mesh_content(scene, mesh) for mesh in np.flatnonzero(own & used).tolist()]
-    contents.append(world_content(scene, np.flatnonzero(~own & used), buffers["spheres"], buffers["instances"]))
+    contents.append(world_content(scene, contents, np.flatnonzero(~own & used), buffers["spheres"],
+                                  buffers["instances"]))
     before = kept.as_before(changes.isdisjoint(OF_MESHES)) if kept else NOTHING
     made = Geometry(buffers, meshes, scene.instance_mesh, contents, inputs, before)
     if not before.wide_tree:
@@ -279,15 +280,16 @@ def references(scene: Scene, mesh: int) -> np.ndarray:
     return np.arange(scene.mesh_triangles[mesh], scene.mesh_triangles[mesh + 1]) | numbers()["REF_SPHERE"] << 30
 
 
-def world_content(scene: Scene, members: np.ndarray, spheres: np.ndarray, instances: np.ndarray) -> Content:
-    """The triangles of meshes in world space, spheres, and the instances of the other meshes."""
+def world_content(scene: Scene, contents: list[Content], members: np.ndarray, spheres: np.ndarray,
+                  instances: np.ndarray) -> Content:
+    """The triangles of meshes in world space, spheres, and the instances of the other meshes, of which there are the
+    contents."""
     n = numbers()
     placed = np.flatnonzero(instances["root"] != n["NONE"])
     of_meshes = mesh_boxes(scene)
-    for mesh in np.flatnonzero(motion.deforming(scene)):
-        of_meshes[mesh] = motion.box_of_shapes(scene, mesh)
-    for mesh in np.flatnonzero(strands.stranded(scene)):
-        of_meshes[mesh] = strands.box_of_segments(scene, mesh)
+    for content in contents:
+        if len(content.reference):
+            of_meshes[content.mesh] = content.lo.min(axis=0), content.hi.max(axis=0)
     boxes = of_meshes[scene.instance_mesh[placed]].astype(np.float64)
     lo, hi = instance_boxes(instances[placed], boxes)
     moving = np.flatnonzero(motion.moving(scene)[placed])

@@ -153,7 +153,8 @@ def triangle_lights(scene: Scene, materials: np.ndarray, buffers: dict[str, np.n
     kept = doubled > 0
     normal /= np.where(kept, doubled, 1)[:, None]
     own = materials[scene.slot_materials[slot]]
-    varies, radiance = own["flags"] & n["MATERIAL_EMISSION_VARIES"] != 0, own["emission"].astype(np.float64)
+    varies = kept & (own["flags"] & n["MATERIAL_EMISSION_VARIES"] != 0)
+    radiance = own["emission"].astype(np.float64)
     if varies.any():
         radiance[varies] = mean_radiance(buffers, instance[varies], primitive[varies], normal[varies])
     return make_records(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from isophote.materials import OPERATIONS
 from isophote.motion import deforming, shape_range
-from isophote.scene import Scene
+from isophote.scene import Scene, slots_of
 
 MARGIN = 2.0**-20  # of what segment_hit computes, relative to the largest coordinate of a box
 FARTHEST = 1e9  # coordinates whose fourth powers float32 holds
@@ -43,29 +44,42 @@ def marked_radii(scene: Scene) -> np.ndarray:
         counts = np.zeros((2, len(own)), bool)
         counts[[[0], [1]], ends.T] = True
         first = int(scene.mesh_radii[mesh]) - 1
-        made[first:first + len(own)] = np.where(counts.all(axis=0), own, -own)
+        made[first:first + len(own)] = np.copysign(own, np.where(counts.all(axis=0), 1.0, -1.0))
     return made
 
 
-def wrong_segments(scene: Scene, mesh: int) -> bool:
-    """Whether some triangle is no segment: two vertices that follow each other, and the first again."""
-    rows = scene.triangles[scene.mesh_triangles[mesh]:scene.mesh_triangles[mesh + 1]].astype(np.int64)
-    return bool((rows != rows[:, :1] + (0, 1, 0)).any())
+def strand_errors(scene: Scene) -> list[tuple[str, int, str]]:
+    """(group, number, what) of what kernels must not meet; all indices but those of radii are known to be good."""
+    first, counts = scene.mesh_radii.astype(np.int64) - 1, np.diff(scene.mesh_vertices.astype(np.int64))
+    outside = (first < -1) | (first >= 0) & (first + counts > len(scene.radii))
+    errors = [("meshes", mesh, "its radii lie outside the array") for mesh in np.flatnonzero(outside)]
+    if errors:
+        return errors
+    uses = np.zeros(len(scene.radii) + 1, np.int64)
+    for mesh in np.flatnonzero(stranded(scene)):
+        uses[first[mesh]:first[mesh] + counts[mesh]] += 1
+        rows = scene.triangles[scene.mesh_triangles[mesh]:scene.mesh_triangles[mesh + 1]].astype(np.int64)
+        if (rows != rows[:, :1] + (0, 1, 0)).any():
+            errors.append(("meshes", mesh, "a triangle of its strands is no segment"))
+        if scene.mesh_normals[mesh] >= 0 or (uses > 1).any():
+            errors.append(("meshes", mesh, "strands with normals, or with radii that others have, too"))
+    wanders = np.isin(scene.instruction_op, [OPERATIONS["subsurface"][0]])
+    owner = np.searchsorted(scene.material_first, np.flatnonzero(wanders), side="right") - 1
+    filled = np.union1d(owner, np.flatnonzero(scene.material_volume))
+    for instance in np.flatnonzero(stranded(scene)[scene.instance_mesh]):
+        slots = np.unique(slots_of(scene, int(scene.instance_mesh[instance])))
+        if np.isin(scene.slot_materials[int(scene.instance_slots[instance]) + slots], filled).any():
+            errors.append(("instances", instance, "strands have no inside for a volume or for subsurface scattering"))
+    return errors
 
 
 def segment_boxes(scene: Scene, mesh: int) -> tuple[np.ndarray, np.ndarray]:
     """Boxes f4 [n, 3] of a mesh's segments, which hold them at every time."""
     ends, radii, places = segments(scene, mesh), radii_of(scene, mesh)[:, None], places_of(scene, mesh)
-    low, high = ((places + sign * radii)[:, ends] for sign in (-1, 1))
-    low, high = low.min(axis=(0, 2)), high.max(axis=(0, 2))
+    low = np.minimum(*((places - radii)[:, each] for each in ends.T)).min(axis=0)
+    high = np.maximum(*((places + radii)[:, each] for each in ends.T)).max(axis=0)
     margin = MARGIN * np.maximum(np.abs(low), np.abs(high)).max(axis=1, keepdims=True)
     return low - margin, high + margin
-
-
-def box_of_segments(scene: Scene, mesh: int) -> np.ndarray:
-    """Lowest and highest corner of all of them, f4 [2, 3]."""
-    low, high = segment_boxes(scene, mesh)
-    return np.stack([low.min(axis=0), high.max(axis=0)]) if len(low) else np.zeros((2, 3), np.float32)
 
 
 def bad_segments(scene: Scene, mesh: int) -> np.ndarray:

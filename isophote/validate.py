@@ -17,7 +17,7 @@ from isophote.flatten import flattened, instance_ranks, without_motion
 from isophote.materials import OPERATIONS
 from isophote.records import numbers
 from isophote.scene import Scene
-from isophote.strands import bad_segments, stranded, wrong_segments
+from isophote.strands import bad_segments, strand_errors, stranded
 from isophote.values import operations
 from isophote.volumes import asks_for_surfaces, is_deeply_nested
 
@@ -242,13 +242,6 @@ def index_problems(scene: Scene) -> list[Problem]:
     outside = (a["mesh_normals"] >= 0) & (smooth_end > len(a["normals"]))
     for mesh in np.flatnonzero(outside | (a["mesh_normals"] < -1)):
         problems.append(Problem("error", scene.name_of("meshes", mesh), "its normals lie outside the array"))
-    radii_end = a["mesh_radii"].astype(np.int64) - 1 + np.diff(first)
-    outside = (a["mesh_radii"] < 0) | (a["mesh_radii"] > 0) & (radii_end > len(a["radii"]))
-    outside |= (a["mesh_radii"] > 0) & (a["mesh_normals"] >= 0)
-    outside[~outside] = [wrong_segments(scene, mesh) and stranded(scene)[mesh] for mesh in np.flatnonzero(~outside)]
-    for mesh in np.flatnonzero(outside):
-        what = "its radii lie outside the array, it has normals, too, or triangles that are no segments"
-        problems.append(Problem("error", scene.name_of("meshes", mesh), what))
     low, high = vertices_used(a, counts)
     for mesh in np.flatnonzero((counts > 0) & ((low < first[:-1]) | (high >= first[1:]))):
         problems.append(Problem("error", scene.name_of("meshes", mesh), "its triangles have vertices of other meshes"))
@@ -256,6 +249,8 @@ def index_problems(scene: Scene) -> list[Problem]:
     for instance in np.flatnonzero((counts[a["instance_mesh"]] > 0) & (slots > len(a["slot_materials"]))):
         problems.append(Problem("error", scene.name_of("instances", instance),
                                 f"its material slots reach {slots[instance]} of {len(a['slot_materials'])}"))
+    if not problems:
+        problems = [Problem("error", scene.name_of(group, index), what) for group, index, what in strand_errors(scene)]
     return problems
 
 

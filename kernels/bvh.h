@@ -1,7 +1,7 @@
 /* Ordered traversal of the two-level BVH2 with a stack.
  *
  * A box test only decides what may be skipped and errs on the side of looking: Ize 2013, "Robust BVH
- * Ray Traversal", JCGT 2(2). The hit itself comes from triangle_hit and sphere_hit alone, so every
+ * Ray Traversal", JCGT 2(2). The hit itself comes from triangle_hit, sphere_hit and hit_segment alone, so every
  * tree gives the same one. */
 #ifndef ISOPHOTE_BVH_H
 #define ISOPHOTE_BVH_H
@@ -113,7 +113,8 @@ FN Hit hit_triangles(Scene s, uint index, uint instance, LocalRay space, Ray ray
 FN_APART Hit hit_single(Scene s, uint primitive, uint instance, LocalRay space, Ray ray, Hit best) {
 #if SCENE_FEATURES & FEATURE_STRANDS
   if (is_strand(s, instance))
-    return keep_closer(best, hit_segment(s, primitive, instance, space.origin, space.direction, ray_time(ray)), instance, primitive, ray);
+    return keep_closer(best, hit_segment(s, primitive, instance, space.origin, space.direction, ray_time(ray)), instance,
+                       primitive, ray);
 #endif
 #if SCENE_FEATURES & FEATURE_DEFORMATION
   GLOBAL const uint *corner = &s.indices[3u * primitive];

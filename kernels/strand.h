@@ -34,7 +34,9 @@ FN Cone make_cone(real3 edge, real r0, real r1) {
 /* How far along the axis the ball has its centre that touches the hull nearest to a point at y. */
 FN real center_at(Cone c, real r0, real y) { return (y - r0 * c.sine) / c.squared; }
 
-/* Whether a neighbour, from the common ball to its other one, covers a point relative to the common ball's centre. Of
+/* Segments of which one ball holds the other have no cone: they are not there, and cover nothing.
+ *
+ * Whether a neighbour, from the common ball to its other one, covers a point relative to the common ball's centre. Of
  * that ball it is what lies beyond the circle where the neighbour's cone begins; of a cone, what is deep in the other. */
 FN int is_covered(real3 p, int on_ball, real3 edge, real r0, real r1) {
   STRICT_FP
@@ -81,11 +83,11 @@ FN SegmentHit segment_hit(real3 p0, real3 edge, real r0, real r1, int goes_on, r
   real rest = r1 * r1 - dot3(nearest, nearest);
   real enter = b - sqrt(max_real(rest, REAL(0.0)));
   int beyond = center_at(c, r0, dot3(from + d * enter, c.axis)) >= c.length - SKIN * r1;
-  int on_ball = (!on_cone) & goes_on & (rest >= REAL(0.0)) & beyond;
+  int on_ball = (!on_cone) & goes_on & (c.squared > REAL(0.0)) & (rest >= REAL(0.0)) & beyond;
   s = on_ball ? enter : s;
   SegmentHit h;
   h.on_ball = on_ball;
-  h.u = on_ball ? REAL(1.0) : clamp01(z / c.length);
+  h.u = on_ball ? REAL(1.0) : z / c.length;
   h.at = from + d * s;
   h.t = (on_cone | on_ball) ? t + s * scale : FAR_AWAY;
   return h;
@@ -131,7 +133,7 @@ FN TriangleHit hit_segment(Scene s, uint primitive, uint instance, real3 origin,
   h.v = REAL(0.0);
   h.hit = (found.t < FAR_AWAY) & (found.t > REAL(0.0));
   if (h.hit) h.hit = !is_in_neighbours(s, instance, i1, 1u, found.at - edge, found.on_ball, time, features);
-  if (h.hit && !found.on_ball) h.hit = !is_in_neighbours(s, instance, i0, 0xffffffffu, found.at, 0, time, features);
+  if (h.hit) h.hit = !is_in_neighbours(s, instance, i0, 0xffffffffu, found.at, 0, time, features);
   return h;
 }
 

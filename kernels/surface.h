@@ -112,13 +112,14 @@ FN Surface make_surface(Scene s, Ray ray, Hit h, uint features) {
     error = (abs3(v0) * fabs(b0) + abs3(v1) * fabs(h.u) + abs3(v2) * fabs(h.v)) * (REAL(8.0) * ROUNDING);
     real3 e1 = v1 - v0, e2 = v2 - v0, off_plane = zero3();
 #if SCENE_FEATURES & FEATURE_STRANDS
-    int strand = is_strand(s, h.instance);
+    int strand = (features & FEATURE_INSTANCES) && is_strand(s, h.instance); /* they have trees of their own */
     if (strand) { /* p is the centre of the ball whose surface was hit */
       real radius = radius_at(s, h.instance, i0) * b0 + radius_at(s, h.instance, i1) * h.u;
       ng = normalize3(point_in_object(s, h.instance, ray, h.t, features) - r.p);
       r.p = r.p + ng * radius;
       error = error + (splat3(radius) + abs3(e1)) * (REAL(8.0) * ROUNDING);
-      real square = dot3(e1, e1); /* as in Cycles light does not know that strands are pointed */
+      /* As in Cycles light does not know that strands are pointed; between segments (u = 1) they are round. */
+      real square = h.u < REAL(1.0) ? dot3(e1, e1) : REAL(0.0);
       ns = ng - e1 * (square > REAL(0.0) ? dot3(ng, e1) / square : REAL(0.0));
     }
 #else

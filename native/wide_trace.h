@@ -190,8 +190,8 @@ FN void hit_candidates(Lane &l, int any) {
   if (l.best.t < before || (any && l.best.instance != NONE)) shorten(l, any);
 }
 
-/* A sphere, an instance, the way back from one, a triangle of a mesh that deforms, or a segment of a strand. Apart: most rays meet none, and
- * inlined, all of this made the loops below 15 % slower. */
+/* A sphere, an instance, the way back from one, a triangle of a mesh that deforms, or a segment of a strand. Apart: most
+ * rays meet none, and inlined, all of this made the loops below 15 % slower. */
 FN_APART void step_rare(Lane &l, const WideTree &tree, Scene s, int any) {
   uint32_t ref = l.refs[--l.top];
   if (ref == REF_RETURN) {

@@ -104,7 +104,7 @@ class Meshes:
     def join(self) -> dict[str, np.ndarray]:
         """The scene's arrays of all of them, once everything has been met."""
         if self._expected is None:
-            self._arrays, self._read = join_meshes(self._read), []
+            self._arrays, self._read, self._strands = join_meshes(self._read), [], {}
         elif next(self._expected, None):
             raise OthersMet
         return self._arrays

@@ -9,10 +9,10 @@ MASK = 0xFFFFFFFF
 START = 0xDEADBEEF + 13  # and four for each word
 
 
-def hash_pair(x: int, y: int) -> int:
-    """Of two words."""
+def hash_pair(x, y):
+    """Of two words: numbers or arrays of i8."""
     start = START + 8 & MASK
-    return int(finished(start + x & MASK, start + y & MASK, start))
+    return finished(start + x & MASK, start + y & MASK, start)
 
 
 def hash_words(words: np.ndarray) -> np.ndarray:

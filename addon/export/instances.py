@@ -84,7 +84,7 @@ class Gatherer:
             ob = instance.object
             key = look_key(instance, ob)
             self.add_instance(number, instance, ob, key)
-            if instance.show_particles:  # behind its emitter, which motion follows
+            if instance.show_particles and is_itself(instance, ob):  # behind its emitter, which motion follows
                 self.add_hair(number, instance, ob, (*key, "hair"))
 
     def add_instance(self, number: int, instance, ob, key: tuple) -> None:
@@ -161,7 +161,7 @@ class Gatherer:
     def strand_looks(self, instance, ob, modifier, slot: int) -> list[tuple]:
         """Of the hair that a particle modifier makes, or of a Curves object."""
         parts = appearances(instance, ob, self.depsgraph.view_layer)
-        if not parts:
+        if not parts or not self.view_layer.use_strand:
             return []
         self.mattes.meet(ob)
         materials = {part: self.material_of(self.slot_of(ob, slot), part.held_out, strands=True) for part in parts}
@@ -274,6 +274,11 @@ def look_key(instance, ob) -> tuple:
     data, parent = ob.data, instance.parent if instance.is_instance else None
     return (ob.original.as_pointer(), data.as_pointer() if data else 0,
             parent.original.as_pointer() if parent else 0)
+
+
+def is_itself(instance, ob) -> bool:
+    """Whether an instance has its object's own data: those that geometry nodes make do not, and have no hair."""
+    return not instance.is_instance or instance.instance_object.data == ob.data
 
 
 def is_sphere(ob) -> bool:

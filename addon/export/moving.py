@@ -106,9 +106,9 @@ class Moving:
         for _, key, instance in walk(depsgraph):
             ob, parent = instance.object, instance.parent if instance.is_instance else None
             row, steps = self.row_of.get(key), 1 if self.all_move else motion_steps(ob, parent)
+            if steps and instance.show_self and is_sphere(ob):
+                self.spheres[key] = np.array(instance.matrix_world)
             if row is None:
-                if steps and is_sphere(ob):
-                    self.spheres[key] = np.array(instance.matrix_world)
                 continue
             self.steps[row] = steps
             mesh = int(self.scene.instance_mesh[row])

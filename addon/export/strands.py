@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import compat
 from .attributes import MESH, STORED, TRIANGLE, VERTEX, Attribute, box_low, box_sizes
-from .hashes import hash_pair
+from .hashes import hash_pair, to_unit
 from .mesh import MeshArrays, evaluated_mesh
 
 MOST_PARTS = 8  # of a curve between two points
@@ -24,18 +24,20 @@ DEFAULT_RADIUS = 0.005  # of Curves without one, metres
 @dataclass
 class Strands:
     """Points of strands in the object's space, one strand after the other: f4 [n, 3], their radii, and where each
-    strand begins, with the end behind the last. `numbers`: Blender's of each strand."""
+    strand begins, with the end behind the last. `numbers`: Blender's of each strand; `counted`: those of all strands of
+    an object, counted through its systems."""
 
     name: str
     points: np.ndarray
     radii: np.ndarray
     first: np.ndarray
     numbers: np.ndarray
+    counted: np.ndarray
 
 
 @dataclass
 class Refined:
-    """Strands as they are traced. `place`: of each vertex among the points of before, with a fraction where it is
+    """Strands as they are traced. `place`: of each vertex among the points of `strands`, with a fraction where it is
     between two; `share`: how far along its strand it is, 0 to 1; `length` of each strand; `owner`: the strand of each
     segment."""
 
@@ -44,7 +46,7 @@ class Refined:
     share: np.ndarray
     length: np.ndarray
     owner: np.ndarray
-    numbers: np.ndarray
+    strands: Strands
 
 
 # ------------------------------------------------------------------ where they come from
@@ -62,31 +64,41 @@ def hair_material(modifier, slots: int) -> int:
     return min(max(modifier.particle_system.settings.material, 1), max(slots, 1)) - 1
 
 
-def read_hair(ob, modifier, depsgraph) -> Strands | None:
-    """Of a particle system: parents, or where there are some their children."""
-    system = modifier.particle_system
-    settings = system.settings
+def strand_numbers(system) -> tuple[int, int]:
+    """First number and end of a system's strands: parents, or where there are some their children."""
     parents, children = len(system.particles), len(system.child_particles)
-    begin, end = (parents, parents + children) if settings.child_type != "NONE" and children else (0, parents)
+    return (parents, parents + children) if system.settings.child_type != "NONE" and children else (0, parents)
+
+
+def read_hair(ob, modifier, depsgraph) -> Strands | None:
+    """Of a particle system."""
+    system = modifier.particle_system
+    settings, (begin, end) = system.settings, strand_numbers(system)
     rendered = depsgraph.mode == "RENDER"
     steps = 2 ** (settings.render_step if rendered else settings.display_step)
     if settings.kink == "SPIRAL":
         steps += settings.kink_extra_steps
-    if end == begin:
+    matrix = np.array(ob.matrix_world, np.float64)
+    if end == begin or np.linalg.matrix_rank(matrix[:3, :3]) < 3:
         return None
     read = system.co_hair
-    places = np.array([read(ob, particle_no=strand, step=step)[:]
-                       for strand in range(begin, end) for step in range(steps + 1)], np.float64)
-    inverse = np.linalg.inv(np.array(ob.matrix_world))
-    points = (places @ inverse[:3, :3].T + inverse[:3, 3]).reshape(end - begin, steps + 1, 3)
+    places = np.array([read(ob, particle_no=strand, step=step)[:] for strand in range(begin, end)
+                       for step in range(steps + 1)], np.float64).reshape(end - begin, steps + 1, 3)
+    for step in range(1, steps + 1):  # beyond the end of a strand that is shorter Blender says 0
+        over = ~places[:, step].any(axis=1)
+        places[over, step] = places[over, step - 1]
+    inverse = np.linalg.inv(matrix)
+    points = places @ inverse[:3, :3].T + inverse[:3, 3]
     points, first, kept = without_repeats(points)
     share, _ = shares(points, first)
     half = 0.5 * settings.radius_scale
     radii = tapered(share, half * settings.root_radius, half * settings.tip_radius, settings.shape)
     if settings.use_close_tip:
         radii[first[1:] - 1] = 0.0
+    before = [strand_numbers(each.particle_system) for each in hair_systems(ob, depsgraph)]
+    before = before[:[each.name for each in hair_systems(ob, depsgraph)].index(modifier.name)]
     return Strands(f"{ob.name} {system.name}", points.astype(np.float32), radii.astype(np.float32), first,
-                   begin + kept)
+                   begin + kept, sum(each[1] - each[0] for each in before) + kept)
 
 
 def without_repeats(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -102,9 +114,7 @@ def without_repeats(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 def tapered(share: np.ndarray, root: float, tip: float, shape: float) -> np.ndarray:
     """Radii along strands, as Cycles' shaperadius: `shape` from -1 to 1 makes the taper round or hollow."""
-    rest = 1.0 - share
-    with np.errstate(divide="ignore"):
-        rest = rest ** (1.0 + shape if shape < 0.0 else 1.0 / max(1.0 - shape, 1e-6))
+    rest = (1.0 - share) ** (1.0 + shape if shape < 0.0 else 1.0 / max(1.0 - shape, 1e-6))
     return rest * (root - tip) + tip
 
 
@@ -118,7 +128,8 @@ def read_curves(ob) -> Strands | None:
     radius = data.attributes.get("radius")
     radii = np.full(len(points), DEFAULT_RADIUS, np.float32) if radius is None else compat.read_all(
         radius.data, "value", 1, np.float32).reshape(-1)
-    return Strands(data.name, points, radii, np.concatenate([[0], np.cumsum(sizes)]), np.arange(len(sizes)))
+    return Strands(data.name, points, radii, np.concatenate([[0], np.cumsum(sizes)]), np.arange(len(sizes)),
+                   np.arange(len(sizes)))
 
 
 # ------------------------------------------------------------------ curves to segments
@@ -166,7 +177,7 @@ def refine(strands: Strands) -> Refined:
     arrays = MeshArrays(strands.name, made[:, :3].astype(np.float32), np.stack([start, start + 1, start], axis=1), None,
                         None, np.maximum(made[:, 3], 0.0).astype(np.float32))
     owner = np.repeat(np.arange(len(counts)), np.diff(new_first) - 1)
-    return Refined(arrays, place, share, length, owner, strands.numbers)
+    return Refined(arrays, place, share, length, owner, strands)
 
 
 def parts_of(a, b, c, d) -> int:
@@ -190,7 +201,7 @@ def strand_attributes(ob, modifier, refined: Refined, keys) -> dict[tuple, Attri
             made[kind, name] = OF_STRANDS[name](refined)
         elif kind == "generated" and modifier is not None:
             made[kind, name] = roots_in_box(ob, refined)
-        elif kind == "uv" and modifier is not None:
+        elif modifier is not None and (kind == "uv" or (kind == "named" and name)):
             made[kind, name] = emitter_uv(ob, modifier, refined, name)
         elif modifier is None:
             made[kind, name] = curve_attribute(ob.data, refined, kind, name)
@@ -220,14 +231,9 @@ OF_STRANDS = {
     "intercept": lambda refined: by_vertex(refined, refined.share),
     "length": lambda refined: by_strand(refined, refined.length),
     "thickness": lambda refined: by_vertex(refined, 2.0 * refined.arrays.radii),
-    "random": lambda refined: by_strand(refined, random_numbers(len(refined.length))),
+    "random": lambda refined: by_strand(refined, to_unit(hash_pair(refined.strands.counted, 0))),  # as Cycles
     "tangent": tangents,
 }
-
-
-def random_numbers(count: int) -> np.ndarray:
-    """Of each strand, as Cycles (hash_uint2_to_float of its number and 0)."""
-    return np.array([hash_pair(strand, 0) for strand in range(count)]) / 0xFFFFFFFF
 
 
 def roots_in_box(ob, refined: Refined) -> Attribute | None:
@@ -253,13 +259,13 @@ def emitter_uv(ob, modifier, refined: Refined, name: str) -> Attribute | None:
     system = modifier.particle_system
     parents = len(system.particles)
     found = [system.uv_on_emitter(modifier, particle=system.particles[number if number < parents else 0],
-                                  particle_no=number, uv_no=layer)[:] for number in refined.numbers.tolist()]
+                                  particle_no=number, uv_no=layer)[:] for number in refined.strands.numbers.tolist()]
     return by_strand(refined, np.array(found, np.float32))
 
 
 def curve_attribute(data, refined: Refined, kind: str, name: str) -> Attribute | None:
     """A Curves object's attribute of that name, of curves or points; its UV map is where it is on a surface."""
-    found = data.attributes.get({"uv": "surface_uv_coordinate"}.get(kind, name))
+    found = data.attributes.get(name or {"uv": "surface_uv_coordinate"}.get(kind, ""))
     if kind not in ("uv", "named", "color") or found is None or found.data_type not in STORED:
         return None
     stored, components = STORED[found.data_type]

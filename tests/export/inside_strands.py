@@ -55,6 +55,25 @@ def test_hair_grows_from_its_emitter_in_its_space():
          (0.5, 0.0, 0.0))
 
 
+def test_shorter_children_end_where_they_end():
+    """Blender has no points beyond their ends; nothing runs to the world's origin."""
+    ob = hairy(5, child_type="SIMPLE", rendered_child_count=6, child_length=0.5)
+    ob.location = 50.0, 40.0, 30.0
+    points, _, segments = strands_of(export())
+    assert len(segments) and np.abs(points).max() < 2.5 and points[:, 2].max() < 0.8
+
+
+def test_an_emitter_without_extent_has_no_hair():
+    hairy().scale = 0.0, 1.0, 1.0
+    assert not export().mesh_radii.any()
+
+
+def test_view_layers_may_leave_hair_out():
+    hairy()
+    bpy.context.view_layer.use_strand = False
+    assert not export().mesh_radii.any()
+
+
 def test_children_stand_in_for_parents():
     hairy(5, child_type="SIMPLE", rendered_child_count=6)
     points, _, _ = strands_of(export())

@@ -32,7 +32,7 @@ def test_ribbons_and_open_ends_have_the_same_means(kind, tmp_path):
 
 
 def test_shares_and_radii_are_those_of_blender(tmp_path):
-    """Of straight hair, in the object's space: tapered from root to tip, a segment for each of Blender's steps."""
+    """In the object's space, tapered from root to tip."""
     scene = exported(made("nodes/make_strands.py", tmp_path / "info.blend", "info"), (8, 6))
     mesh = int(np.flatnonzero(scene.mesh_radii)[0])
     own = slice(*scene.mesh_triangles[mesh:mesh + 2].tolist())

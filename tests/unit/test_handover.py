@@ -100,6 +100,7 @@ def test_kernels_that_are_there_at_once_need_no_cpu(cpu):
     assert cpu == [] and session.result()["samples_by_device"] == {"noise opencl": 4}
 
 
+@pytest.mark.timed
 def test_a_short_render_ends_before_the_kernels_are_ready(cpu):
     device = SlowDevice()
     session = run(device, 4)
@@ -113,6 +114,7 @@ def test_a_short_render_ends_before_the_kernels_are_ready(cpu):
     assert device.closed
 
 
+@pytest.mark.timed
 def test_cancelling_while_kernels_compile_is_quick(cpu):
     device = SlowDevice()
     session = Session(tiny_scene(), settings(100_000), device)
@@ -124,6 +126,7 @@ def test_cancelling_while_kernels_compile_is_quick(cpu):
     assert bits(session.film) == bits(rendered(session.film.samples).film)
 
 
+@pytest.mark.timed
 def test_cancelling_while_neither_has_the_scene_is_quick(cpu, monkeypatch):
     monkeypatch.setattr(NoiseDevice, "upload", lambda self, prepared: time.sleep(1))
     device = SlowDevice()

@@ -125,6 +125,7 @@ def pocl(monkeypatch, tmp_path):
     return render
 
 
+@pytest.mark.timed
 def test_kernels_from_the_cache_give_the_same_bits_and_come_at_once(pocl, tmp_path):
     (first, compiled), (again, cached) = pocl(), pocl()
     assert (compiled.kernels_from, cached.kernels_from) == ("compiler", "cache")

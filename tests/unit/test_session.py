@@ -91,6 +91,7 @@ def test_a_region_is_a_crop():
     assert (crop == whole[2:8, 3:9]).all()
 
 
+@pytest.mark.timed
 def test_time_stops_a_render_and_keeps_whole_samples():
     session = Session(tiny_scene(), settings(100_000, time_limit=0.3), NoiseDevice(delay=0.02))
     started = time.perf_counter()
@@ -105,6 +106,7 @@ def test_time_too_short_for_a_sample_still_gives_one():
     assert session.run().samples_done >= 1
 
 
+@pytest.mark.timed
 def test_cancelling_from_a_thread_is_quick_and_keeps_the_samples():
     session = Session(tiny_scene(), settings(100_000), NoiseDevice(delay=0.05))
     threading.Timer(0.3, session.cancel).start()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from noise_device import tiny_scene
 
+from isophote.strands import marked_radii
 from isophote.validate import clean, validate
 from tests.scenes import Builder, program, quad
 
@@ -164,6 +165,56 @@ def test_bad_spheres_and_lights_are_dropped():
     assert cleaned.content_hash != scene.content_hash
 
 
+def hairy(**changes):
+    """A scene of two strands of three points, with some arrays changed."""
+    b = Builder()
+    b.instance(b.strands(np.arange(18.0).reshape(2, 3, 3), 0.1), b.material(program(("diffuse", 0.5))))
+    scene = b.make()
+    scene.arrays |= {name: np.asarray(value, scene.arrays[name].dtype) for name, value in changes.items()}
+    return scene
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    (dict(mesh_radii=[2]), "its radii lie outside the array"),
+    (dict(mesh_radii=[-3]), "its radii lie outside the array"),
+    (dict(mesh_normals=[0], normals=np.zeros((6, 3))), "strands with normals"),
+    (dict(triangles=[[0, 1, 0], [1, 2, 1], [3, 4, 3], [4, 3, 4]]), "is no segment"),
+    (dict(triangles=[[0, 1, 2], [1, 2, 1], [3, 4, 3], [4, 5, 4]]), "is no segment"),
+    (dict(material_volume=[1]), "no inside for a volume")])
+def test_errors_of_strands(changes, message):
+    found = errors(hairy(**changes))
+    assert len(found) == 1 and message in found[0], found
+
+
+WAX = dict(anisotropy=0.0, ior=1.4, roughness=0.7, diffuse=0.0, radius_r=0.2, radius_g=0.1, radius_b=0.05, albedo_r=0.9,
+           albedo_g=0.6, albedo_b=0.4)
+
+
+def test_strands_with_subsurface_scattering_are_refused():
+    b = Builder()
+    b.instance(b.strands(np.arange(9.0).reshape(1, 3, 3), 0.1), b.material(program(("subsurface", 0.5, WAX))))
+    with pytest.raises(AssertionError, match="no inside for"):
+        b.make()
+
+
+@pytest.mark.parametrize(("changes", "kept"), [
+    (dict(radii=[0.1, -0.1, 0.1, 0.1, 0.1, 0.1]), 2), (dict(radii=[0, 0, 0.1, 0.1, np.nan, 0.1]), 1),
+    (dict(radii=[0.0, 0.1, 0.0, 0.1, 0.0, 0.1]), 4)])
+def test_bad_segments_are_dropped_and_ends_marked_anew(changes, kept):
+    """Where one is missing the strand ends; a radius of 0, or of -0, has the sign of an end as well."""
+    scene, notes = clean(hairy(**changes))
+    assert len(scene.triangles) == kept and bool(notes) == (kept < 4)
+    marked = marked_radii(scene)
+    begins, ends = set(scene.triangles[:, 0].tolist()), set(scene.triangles[:, 1].tolist())
+    assert np.flatnonzero(~np.signbit(marked)).tolist() == sorted(begins & ends)
+
+
+def test_a_radius_of_minus_0_is_no_end():
+    assert np.signbit(marked_radii(hairy(radii=[-0.0, -0.0, -0.0, 0.1, 0.1, 0.1]))).tolist() == [
+        True, False, True, True, False, True]
+
+
+@pytest.mark.timed
 def test_a_million_triangles_take_less_than_a_fifth_of_a_second():
     count = 1_000_000
     scene = tiny_scene(vertices=np.random.default_rng(1).random((count // 2, 3)), triangle_slots=np.ones(count),
