@@ -90,6 +90,8 @@ def read_hair(ob, modifier, depsgraph) -> Strands | None:
     inverse = np.linalg.inv(matrix)
     points = places @ inverse[:3, :3].T + inverse[:3, 3]
     points, first, kept = without_repeats(points)
+    if not len(kept):
+        return None
     share, _ = shares(points, first)
     half = 0.5 * settings.radius_scale
     radii = tapered(share, half * settings.root_radius, half * settings.tip_radius, settings.shape)

@@ -68,6 +68,11 @@ def test_an_emitter_without_extent_has_no_hair():
     assert not export().mesh_radii.any()
 
 
+def test_hair_without_length_is_none():
+    hairy(hair_length=0.0)
+    assert not export().mesh_radii.any()
+
+
 def test_view_layers_may_leave_hair_out():
     hairy()
     bpy.context.view_layer.use_strand = False
