@@ -215,7 +215,34 @@ def shaders(scene):
         grow(ob, 60, 0.9, 0.03, brownian_factor=0.1)
 
 
-KINDS = {"fur": fur, "children": children, "info": info, "curves": curves, "shaders": shaders}
+def monkey(scene):
+    """For looking at: a monkey's head with 43,000 hairs, brighter towards their tips."""
+    scene.render.resolution_x, scene.render.resolution_y = 640, 480
+    scene.camera.rotation_euler[0], scene.camera.data.lens = math.radians(76.0), 60.0
+    bpy.data.lights["lamp"].energy = 170.0
+    bpy.ops.mesh.primitive_monkey_add(size=2.2, location=(0.0, 0.0, 1.15))
+    head = bpy.context.object
+    head.rotation_euler = (math.radians(-14.0), 0.0, math.radians(24.0))
+    head.modifiers.new("smooth", "SUBSURF").render_levels = 2
+    material, tree, surface = material_of("fur")
+    shader, place, ramp = (tree.nodes.new(kind) for kind in (
+        "ShaderNodeBsdfPrincipled", "ShaderNodeHairInfo", "ShaderNodeValToRGB"))
+    shader.inputs["Roughness"].default_value = 0.4
+    for element, colour in zip(ramp.color_ramp.elements, ((0.1, 0.04, 0.02), (0.85, 0.5, 0.22)), strict=True):
+        element.color = (*colour, 1.0)
+    tree.links.new(place.outputs["Intercept"], ramp.inputs[0])
+    tree.links.new(ramp.outputs[0], shader.inputs["Base Color"])
+    tree.links.new(shader.outputs[0], surface)
+    for each in (coloured("skin", (0.2, 0.1, 0.06)), material):
+        head.data.materials.append(each)
+    grow(head, 2700, 0.13, 0.003, slot=2, child_type="INTERPOLATED", rendered_child_count=16, brownian_factor=0.01,
+         object_align_factor=(0.0, 0.0, -0.03), clump_factor=0.3, roughness_2=0.01, tip_radius=0.1)
+    light = add("rim", bpy.data.lights.new("rim", "AREA"), (-3.0, 3.0, 4.0))
+    light.data.energy, light.data.size = 250.0, 2.0
+    light.rotation_euler = (math.radians(-50.0), 0.0, math.radians(40.0))
+
+
+KINDS = {"fur": fur, "children": children, "info": info, "curves": curves, "shaders": shaders, "monkey": monkey}
 RIBBONS = ("children", "shaders")  # as Cycles draws hair unless it is asked for 3D curves
 
 if __name__ == "__main__":
