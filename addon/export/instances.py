@@ -165,9 +165,7 @@ class Gatherer:
             return []
         self.mattes.meet(ob)
         materials = {part: self.material_of(self.slot_of(ob, slot), part.held_out, strands=True) for part in parts}
-        wanted = {number for material in materials.values() for number in self.programs[material].attributes}
-        wanted |= {self.uv} if self.uv is not None else set()
-        keys = [key for key, number in self.lookups.attributes.items() if number in wanted]
+        keys = self.attributes_read([self.programs[material] for material in materials.values()])
         mesh = self.meshes.number_of_strands(ob, modifier, self.depsgraph, keys)
         if mesh is None:
             return []
@@ -251,6 +249,10 @@ class Gatherer:
         programs = [self.programs[material] for material in slots]
         programs += [self.programs[self.volume_of[material]] for material in slots if material in self.volume_of]
         programs += [self.displacements[material].program for material in slots if material in self.displacements]
+        return self.attributes_read(programs)
+
+    def attributes_read(self, programs: list[MaterialProgram]) -> list[tuple]:
+        """Keys of the attributes that programs, or the UV pass, read."""
         wanted = {number for program in programs for number in program.attributes}
         wanted |= {self.uv} if self.uv is not None else set()
         return [key for key, number in self.lookups.attributes.items() if number in wanted]

@@ -97,10 +97,11 @@ def read_hair(ob, modifier, depsgraph) -> Strands | None:
     radii = tapered(share, half * settings.root_radius, half * settings.tip_radius, settings.shape)
     if settings.use_close_tip:
         radii[first[1:] - 1] = 0.0
-    before = [strand_numbers(each.particle_system) for each in hair_systems(ob, depsgraph)]
-    before = before[:[each.name for each in hair_systems(ob, depsgraph)].index(modifier.name)]
+    systems = hair_systems(ob, depsgraph)
+    before = systems[:[each.name for each in systems].index(modifier.name)]
+    counts = [end - begin for begin, end in (strand_numbers(each.particle_system) for each in before)]
     return Strands(f"{ob.name} {system.name}", points.astype(np.float32), radii.astype(np.float32), first,
-                   begin + kept, sum(each[1] - each[0] for each in before) + kept)
+                   begin + kept, sum(counts) + kept)
 
 
 def without_repeats(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -8,8 +8,12 @@ KIND: one of KINDS.
 
 import math
 import sys
+from pathlib import Path
 
 import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from shapes import emitting, new_material, node_output  # noqa: E402
 
 
 def empty_scene():
@@ -40,85 +44,47 @@ def add(name, data, location=(0.0, 0.0, 0.0), material=None):
     return ob
 
 
+def taken(data):
+    """The mesh of what an operator has just added, without its object."""
+    bpy.data.objects.remove(bpy.context.object)
+    return data
+
+
 def plane(half, parts=1):
     """With a UV map."""
-    n = parts + 1
-    points = [(half * (2 * i / parts - 1), half * (2 * j / parts - 1), 0) for j in range(n) for i in range(n)]
-    faces = [(j * n + i, j * n + i + 1, (j + 1) * n + i + 1, (j + 1) * n + i) for j in range(parts)
-             for i in range(parts)]
-    mesh = bpy.data.meshes.new("plane")
-    mesh.from_pydata(points, [], faces)
-    layer = mesh.uv_layers.new(name="UVMap")
-    for loop in mesh.loops:
-        x, y, _ = points[loop.vertex_index]
-        layer.data[loop.index].uv = (0.5 + 0.5 * x / half, 0.5 + 0.5 * y / half)
-    return mesh
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=parts, y_subdivisions=parts, size=2.0 * half)
+    return taken(bpy.context.object.data)
 
 
-def ball(radius=0.7, rings=12):
-    points = [(0, 0, radius), (0, 0, -radius)]
-    for r in range(1, rings):
-        for s in range(2 * rings):
-            theta, phi = math.pi * r / rings, math.pi * s / rings
-            points.append((radius * math.sin(theta) * math.cos(phi), radius * math.sin(theta) * math.sin(phi),
-                           radius * math.cos(theta)))
-    n, faces = 2 * rings, []
-    for s in range(n):
-        t, last = (s + 1) % n, 2 + (rings - 2) * n
-        faces += [(0, 2 + s, 2 + t), (1, last + t, last + s)]
-        faces += [(2 + r * n + s, 2 + (r + 1) * n + s, 2 + (r + 1) * n + t, 2 + r * n + t) for r in range(rings - 2)]
-    mesh = bpy.data.meshes.new("ball")
-    mesh.from_pydata(points, [], faces)
+def ball(radius=0.7):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, radius=radius)
+    mesh = taken(bpy.context.object.data)
     mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
     return mesh
 
 
-def material_of(name):
-    """(material, its nodes, what feeds the surface) of a new one."""
-    material = bpy.data.materials.new(name)
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    return material, tree, output.inputs["Surface"]
-
-
 def coloured(name, colour, shader="ShaderNodeBsdfDiffuse", **inputs):
-    material, tree, surface = material_of(name)
+    material, tree, output = new_material(name)
     node = tree.nodes.new(shader)
     node.inputs[0].default_value = (*colour, 1.0)
     for key, value in inputs.items():
         node.inputs[key].default_value = value
-    tree.links.new(node.outputs[0], surface)
+    tree.links.new(node.outputs[0], output.inputs["Surface"])
     return material
 
 
-def by_output(name, *links):
-    """Emits what outputs of nodes show, as red, green and blue: (node's type, output, factor)."""
-    material, tree, surface = material_of(name)
-    emission = tree.nodes.new("ShaderNodeEmission")
-    join = tree.nodes.new("ShaderNodeCombineXYZ")
-    for socket, (kind, output, factor) in zip(join.inputs, links, strict=True):
-        node, times = tree.nodes.new(kind), tree.nodes.new("ShaderNodeMath")
-        times.operation = "MULTIPLY"
-        tree.links.new(node.outputs[output], times.inputs[0])
-        times.inputs[1].default_value = factor
-        tree.links.new(times.outputs[0], socket)
-    tree.links.new(join.outputs[0], emission.inputs["Color"])
-    tree.links.new(emission.outputs[0], surface)
-    return material
-
-
-def vector_shown(name, kind, output):
-    material, tree, surface = material_of(name)
-    emission, node = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new(kind)
-    half = tree.nodes.new("ShaderNodeVectorMath")
-    half.operation = "MULTIPLY_ADD"
-    half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
-    tree.links.new(node.outputs[output], half.inputs[0])
-    tree.links.new(half.outputs[0], emission.inputs["Color"])
-    tree.links.new(emission.outputs[0], surface)
-    return material
+def numbers_shown(name, *numbers):
+    """Emits what Hair Info says, as red, green and blue: (output, by how much it is multiplied)."""
+    def build(tree):
+        info, joined = tree.nodes.new("ShaderNodeHairInfo"), tree.nodes.new("ShaderNodeCombineXYZ")
+        for socket, (output, factor) in zip(joined.inputs, numbers, strict=True):
+            times = tree.nodes.new("ShaderNodeMath")
+            times.operation = "MULTIPLY"
+            tree.links.new(info.outputs[output], times.inputs[0])
+            times.inputs[1].default_value = factor
+            tree.links.new(times.outputs[0], socket)
+        return joined.outputs[0]
+    return emitting(name, build, 1.0, 0.0)
 
 
 def grow(ob, count, length, radius, slot=1, **others):
@@ -139,10 +105,10 @@ def fur(scene):
     one.data.materials.append(coloured("fur", (0.7, 0.45, 0.2)))
     grow(one, 400, 0.5, 0.02, slot=2, brownian_factor=0.05)  # Cycles loses some 3D curves that are straight
     other = add("patch", plane(0.9, 3), (1.3, 0.0, 0.02), coloured("earth", (0.25, 0.2, 0.15)))
-    material, tree, surface = material_of("grass")
+    material, tree, output = new_material("grass")
     shader, place = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeUVMap")
     tree.links.new(place.outputs[0], shader.inputs["Color"])
-    tree.links.new(shader.outputs[0], surface)
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
     other.data.materials.append(material)
     grow(other, 300, 0.8, 0.025, slot=2, shape=0.5, tip_radius=0.3, brownian_factor=0.08, use_close_tip=True)
 
@@ -162,12 +128,10 @@ def children(scene):
 
 def info(scene):
     """What Hair Info says."""
-    kinds = [by_output("numbers", *((("ShaderNodeHairInfo", name, factor)) for name, factor in (
-        ("Is Strand", 0.5), ("Intercept", 1.0), ("Length", 1.0)))),
-        by_output("more", *((("ShaderNodeHairInfo", name, factor)) for name, factor in (
-            ("Thickness", 20.0), ("Random", 1.0), ("Thickness", 0.0)))),
-        vector_shown("tangents", "ShaderNodeHairInfo", "Tangent Normal"),
-        vector_shown("normals", "ShaderNodeNewGeometry", "Normal")]
+    kinds = [numbers_shown("numbers", ("Is Strand", 0.5), ("Intercept", 1.0), ("Length", 1.0)),
+             numbers_shown("more", ("Thickness", 20.0), ("Random", 1.0), ("Thickness", 0.0)),
+             emitting("tangents", node_output("ShaderNodeHairInfo", "Tangent Normal")),
+             emitting("normals", node_output("ShaderNodeNewGeometry", "Normal"))]
     for k, material in enumerate(kinds):
         ob = add(material.name, plane(0.45), (-1.8 + 1.2 * k, 0.0, 0.02), material)
         grow(ob, 30, 0.7 + 0.2 * k, 0.03, brownian_factor=0.1)
@@ -190,16 +154,16 @@ def curves(scene):
     tint.data.foreach_set("color", [c for k in range(len(sizes)) for c in (0.2 + 0.1 * k, 0.8 - 0.1 * k, 0.4, 1.0)])
     along = data.attributes.new("along", "FLOAT", "POINT")
     along.data.foreach_set("value", [(k % 3) / 3.0 for k in range(len(radii))])
-    material, tree, surface = material_of("tinted")
+    material, tree, output = new_material("tinted")
     shader, glow, sum_ = (tree.nodes.new(kind) for kind in (
         "ShaderNodeBsdfDiffuse", "ShaderNodeEmission", "ShaderNodeAddShader"))
-    for name, output, socket in (("tint", "Color", shader.inputs["Color"]), ("along", "Fac", glow.inputs["Strength"])):
+    for name, said, socket in (("tint", "Color", shader.inputs["Color"]), ("along", "Fac", glow.inputs["Strength"])):
         node = tree.nodes.new("ShaderNodeAttribute")
         node.attribute_name = name
-        tree.links.new(node.outputs[output], socket)
+        tree.links.new(node.outputs[said], socket)
     for k, node in enumerate((shader, glow)):
         tree.links.new(node.outputs[0], sum_.inputs[k])
-    tree.links.new(sum_.outputs[0], surface)
+    tree.links.new(sum_.outputs[0], output.inputs["Surface"])
     add("curves", data, material=material)
 
 
@@ -224,7 +188,7 @@ def monkey(scene):
     head = bpy.context.object
     head.rotation_euler = (math.radians(-14.0), 0.0, math.radians(24.0))
     head.modifiers.new("smooth", "SUBSURF").render_levels = 2
-    material, tree, surface = material_of("fur")
+    material, tree, output = new_material("fur")
     shader, place, ramp = (tree.nodes.new(kind) for kind in (
         "ShaderNodeBsdfPrincipled", "ShaderNodeHairInfo", "ShaderNodeValToRGB"))
     shader.inputs["Roughness"].default_value = 0.4
@@ -232,7 +196,7 @@ def monkey(scene):
         element.color = (*colour, 1.0)
     tree.links.new(place.outputs["Intercept"], ramp.inputs[0])
     tree.links.new(ramp.outputs[0], shader.inputs["Base Color"])
-    tree.links.new(shader.outputs[0], surface)
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
     for each in (coloured("skin", (0.2, 0.1, 0.06)), material):
         head.data.materials.append(each)
     grow(head, 2700, 0.13, 0.003, slot=2, child_type="INTERPOLATED", rendered_child_count=16, brownian_factor=0.01,

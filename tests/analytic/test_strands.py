@@ -60,7 +60,7 @@ def test_thin_and_far_ones_keep_their_width():
     b = Builder((8, 8))
     b.look((0, -200, 0), (0, 0, 0), 5e-3 / 200)
     b.instance(b.strands([[(0, 0, -0.1), (0, 0, 0.1)]], 1e-3), b.material(emission()))
-    assert_mean(render(b.make(), 8192, **WIDE), 0.2, accuracy=0.005, rounding=0.01)
+    assert_mean(render(b.make(), 8192, **WIDE), 0.2, accuracy=0.005, rounding=1e-3)
 
 
 def test_light_from_the_viewer_falls_on_a_cylinder():
